@@ -1,0 +1,1 @@
+"""How planners are measured: isolated runs, an independent judge, a store, reports."""

@@ -1,0 +1,121 @@
+"""A planner in an environment for the length of a run: its process, restarted when it dies."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any, Protocol
+
+from bench.judge import Judgement
+from bench.process import Attempt, SetUp, WorkerProcess
+from bench.record import Record, Verdict
+from bench.suite import Suite
+from envs import Environment, Problem
+from envs.registry import Entry
+from envs.seeding import derived_seed
+from planners import Planner
+
+SETUP_LIMIT_S = 3600.0
+"""A planner whose `setup` takes longer is killed."""
+
+
+class Costs(Protocol):
+    """Where time spent setting up is added."""
+
+    setup_s: float
+
+
+class Contestant:
+    """Attempts problems in a worker process.
+
+    The process starts with the first problem, sets the planner up and solves a throw-away
+    problem off the clock. If it dies, the problem at hand is lost and the next gets a new one.
+
+    Args:
+        warm_up: the throw-away problem, of the same environment but no test problem.
+        costs: where seconds of setting up are added.
+    """
+
+    def __init__(
+        self,
+        env: Entry[Environment],
+        planner: Entry[Planner],
+        suite: Suite,
+        warm_up: Problem,
+        costs: Costs,
+    ) -> None:
+        self.id = planner.id
+        self.stopped = False
+        self._env = env
+        self._planner = planner
+        self._suite = suite
+        self._warm_up = warm_up
+        self._costs = costs
+        self._worker: WorkerProcess | None = None
+        self._set_up: SetUp | None = None
+        self._survives_warm_up = True
+
+    def attempt(self, problem: Problem, stop_cost: float) -> Attempt:
+        """One attempt at a problem, whatever becomes of it."""
+        set_up = self._ready()
+        if set_up.fault or self._worker is None:
+            return Attempt(set_up.fault, None, error=f"setup: {set_up.error}")
+        return self._worker.solve(problem, self._suite.time_limit_s, stop_cost)
+
+    def stop(self) -> None:
+        """Ends the process, also while it is working."""
+        self.stopped = True
+        if self._worker is not None:
+            self._worker.close()
+
+    def record(
+        self, problem: Problem, attempt: Attempt, judged: Judgement | None, **known: Any
+    ) -> Record:
+        """The row for an attempt; `known` are the columns that only the run knows."""
+        set_up = self._set_up or SetUp("", "", 0.0)
+        solved = known["outcome"] == Verdict.VALID.value
+        checks = attempt.stats.get("collision_checks")
+        reason = judged.reason if judged else ""
+        return Record(
+            env=self._env.id,
+            planner=self.id,
+            planner_version=self._planner.spec.version,
+            problem=problem.index,
+            problems_seed=self._suite.seed,
+            settings=self._suite.settings_digest,
+            seed=problem.seed,
+            status=attempt.status,
+            verdict=judged.verdict.value if judged else "",
+            solved=int(solved),
+            setup_s=set_up.setup_s,
+            train_s=set_up.train_s,
+            solve_s=attempt.solve_s,
+            length=judged.length if judged else None,
+            safety_margin=judged.safety_margin if judged else None,
+            travel_time=judged.travel_time if judged else None,
+            smoothness=judged.smoothness if judged else None,
+            waypoints=judged.waypoints if judged else None,
+            collision_checks=checks if isinstance(checks, int) else None,
+            peak_memory_mb=attempt.peak_memory_mb,
+            warm=int(self._survives_warm_up),
+            error=attempt.error or reason,
+            stats=json.dumps(attempt.stats),
+            **known,
+        )
+
+    def _ready(self) -> SetUp:
+        """Sees to it that a process waits for a problem, unless setting up failed before."""
+        while self._set_up is None or not (self._set_up.fault or self._alive()):
+            self._worker = WorkerProcess(self._env, self._planner, self._suite.memory_limit_mb)
+            seed = derived_seed("planner setup", self._suite.seed)
+            self._set_up = self._worker.set_up(seed, SETUP_LIMIT_S)
+            self._costs.setup_s += self._set_up.setup_s
+            if self._set_up.fault:
+                self._worker.close()
+            elif self._survives_warm_up:
+                self._worker.solve(self._warm_up, self._suite.time_limit_s, math.inf)
+                self._survives_warm_up = self._alive()
+        return self._set_up
+
+    def _alive(self) -> bool:
+        return self._worker is not None and self._worker.alive

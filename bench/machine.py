@@ -1,0 +1,82 @@
+"""What a run was measured on: machine, versions, state of the source."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+_PACKAGES = (
+    "plannerbench",
+    "numpy",
+    "scipy",
+    "torch",
+    "ompl",
+    "scikit-fmm",
+    "trimesh",
+    "python-fcl",
+    "pandas",
+)
+
+
+def physical_cores() -> int:
+    """Physical cores that this process may use, as far as the system tells."""
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    physical = psutil.cpu_count(logical=False) or psutil.cpu_count() or 1
+    return max(1, min(physical, usable or 1))
+
+
+def describe() -> dict[str, Any]:
+    """JSON data that names the machine, the versions in use and the git state."""
+    return {
+        "machine": {
+            "system": platform.platform(),
+            "processor": _processor(),
+            "physical_cores": physical_cores(),
+            "memory_mb": psutil.virtual_memory().total // 2**20,
+        },
+        "python": platform.python_version(),
+        "versions": {name: _version(name) for name in _PACKAGES},
+        "git": _git_state(),
+        "threads_per_worker": 1,
+    }
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _processor() -> str:
+    info = Path("/proc/cpuinfo")
+    if info.is_file():
+        for line in info.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def _git_state() -> str | None:
+    """The commit of the source tree and whether it has changes, None outside a checkout."""
+    root = Path(__file__).parents[1]
+    if not (root / ".git").exists():
+        return None
+    try:
+        answer = subprocess.run(
+            ["git", "describe", "--always", "--dirty", "--abbrev=12"],
+            cwd=root,
+            capture_output=True,
+            text=True,
+            timeout=10,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return answer.stdout.strip() or None

@@ -1,0 +1,53 @@
+"""Numbers that describe a path: pure functions of waypoints (k, d)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from envs.problem import Array
+
+
+def path_length(waypoints: Array) -> float:
+    """The sum of the Euclidean lengths of the segments, in the unit of the configurations."""
+    return float(np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum())
+
+
+def travel_time(waypoints: Array, speed: Callable[[Array], Array], spacing: float) -> float:
+    """The time of travel along the path at the speed field S*: the integral of ds / S*(q).
+
+    Midpoint rule with pieces no longer than `spacing`.
+
+    Args:
+        speed: (n, d) -> (n,), positive.
+        spacing: in the unit of the configurations.
+    """
+    steps = np.diff(waypoints, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    pieces = np.maximum(np.ceil(lengths / spacing).astype(int), 1)
+    segment = np.repeat(np.arange(len(steps)), pieces)
+    place = np.arange(len(segment)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    t = (place + 0.5) / pieces[segment]
+    points = waypoints[segment] + t[:, None] * steps[segment]
+    return float(((lengths / pieces)[segment] / speed(points)).sum())
+
+
+def smoothness(waypoints: Array) -> float:
+    """OMPL's `PathGeometric::smoothness`: the sum over inner waypoints of (2 angle / (a + b))^2,
+    angle being the turn there and a, b the lengths of the segments that meet. 0 is straight.
+
+    Repeated waypoints are taken as one.
+    """
+    steps = np.diff(waypoints, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    steps, lengths = steps[lengths > 0], lengths[lengths > 0]
+    if len(steps) < 2:
+        return 0.0
+    directions = steps / lengths[:, None]
+    before, after = directions[:-1], directions[1:]
+    # Twice the angle's half by its tangent: exact for small turns, where arccos is not.
+    angle = 2 * np.arctan2(
+        np.linalg.norm(after - before, axis=1), np.linalg.norm(after + before, axis=1)
+    )
+    return float(((2 * angle / (lengths[:-1] + lengths[1:])) ** 2).sum())

@@ -1,0 +1,108 @@
+"""The row that every attempt leaves, and the words in it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, fields
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from envs.problem import Array
+from planners import Status
+
+
+class Fault(str, Enum):
+    """What befell an attempt, where the planner could not say so itself."""
+
+    ERROR = "ERROR"  # it raised an exception
+    CRASH = "CRASH"  # its process died
+    KILLED = "KILLED"  # it ignored the deadline and was ended
+    OUT_OF_MEMORY = "OUT_OF_MEMORY"  # it wanted more than the memory limit
+    UNSUPPORTED = "UNSUPPORTED"  # it said that it cannot plan in this environment
+
+
+class Verdict(str, Enum):
+    """What the judge finds of a claimed path."""
+
+    VALID = "VALID"
+    COLLISION = "COLLISION"
+    OUT_OF_BOUNDS = "OUT_OF_BOUNDS"
+    WRONG_ENDPOINT = "WRONG_ENDPOINT"
+    MALFORMED = "MALFORMED"
+
+
+LATE = "LATE"
+"""The outcome of a valid path that came after the time limit."""
+
+NOT_ATTEMPTED = (Fault.UNSUPPORTED.value,)
+"""Statuses of rows in which nothing was measured."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One attempt. Lengths are in the environment's unit, times in seconds.
+
+    `status` is the planner's claim or the fault; `verdict` is the judge's, empty without a path;
+    `outcome` is what the tables count: the verdict on a claimed solution, `LATE`, or the status.
+    """
+
+    run_id: str
+    env: str
+    env_fingerprint: str
+    planner: str
+    planner_version: int
+    problem: int
+    problems_seed: int
+    settings: str
+    seed: int
+    status: str
+    verdict: str
+    outcome: str
+    solved: int
+    setup_s: float
+    train_s: float
+    solve_s: float | None
+    length: float | None
+    safety_margin: float | None
+    travel_time: float | None
+    smoothness: float | None
+    waypoints: int | None
+    collision_checks: int | None
+    peak_memory_mb: float | None
+    warm: int
+    measured_at: str
+    error: str
+    stats: str
+    path: bytes | None = field(repr=False)
+
+
+KEY = ("planner", "env_fingerprint", "problem", "problems_seed", "settings")
+"""What makes an attempt the same attempt."""
+
+COLUMNS = tuple(f.name for f in fields(Record))
+
+
+def outcome(status: str, verdict: str, solve_s: float | None, time_limit_s: float) -> str:
+    """What the tables count an attempt as; `Verdict.VALID` is success."""
+    if status != Status.EXACT_SOLUTION.value:
+        return status
+    if verdict == Verdict.VALID.value and (solve_s is None or solve_s > time_limit_s):
+        return LATE
+    return verdict or Verdict.MALFORMED.value
+
+
+def encode_path(path: Array | None) -> bytes | None:
+    """A path (k, d) as bytes, its shape in front; None and what is no table of numbers give None."""
+    if path is None or path.ndim != 2:
+        return None
+    head = json.dumps(list(path.shape)).encode() + b"\n"
+    return head + np.ascontiguousarray(path, dtype="<f8").tobytes()
+
+
+def decode_path(data: bytes) -> Array:
+    """The path (k, d) that `encode_path` wrote."""
+    head, _, numbers = data.partition(b"\n")
+    shape: list[Any] = json.loads(head)
+    return np.frombuffer(numbers, dtype="<f8").reshape(shape).astype(np.float64)

@@ -1,0 +1,1 @@
+"""Records to tables and pictures; never writes records."""

@@ -1,0 +1,216 @@
+"""Runs a suite: who plans when, in which process, and what becomes of the result."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import uuid
+from collections.abc import Iterator
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from time import monotonic
+from typing import Any
+
+from bench import machine
+from bench.contestant import Contestant
+from bench.judge import Judge
+from bench.process import Attempt
+from bench.progress import Progress
+from bench.record import Record, encode_path, outcome
+from bench.store import Store
+from bench.suite import Suite
+from envs import Environment, Problem
+from envs.registry import Entry
+from envs.seeding import derived_seed, stream
+
+logger = logging.getLogger(__name__)
+
+BLOCK = 10
+"""Problems after which the order of the planners is drawn anew."""
+
+
+@dataclass
+class Session:
+    """The costs of measuring, summed over what one call of `run` measured."""
+
+    run_id: str = field(default_factory=lambda: uuid.uuid4().hex[:12])
+    started: str = field(default_factory=lambda: _now())
+    attempts: int = 0
+    setup_s: float = 0.0
+    solve_s: float = 0.0
+    judge_s: float = 0.0
+    wall_s: float = 0.0
+
+    def described(self, suite: Suite) -> dict[str, Any]:
+        """JSON data for store and manifest, the share of overhead included."""
+        costs = {k: round(v, 3) if isinstance(v, float) else v for k, v in vars(self).items()}
+        overhead = 1 - (self.setup_s + self.solve_s) / (self.wall_s * suite.jobs)
+        return {
+            **costs,
+            "overhead_share": round(overhead, 4),
+            "jobs": suite.jobs,
+            "settings": suite.settings,
+            **machine.describe(),
+        }
+
+
+def run(
+    suite: Suite,
+    worlds: list[Environment],
+    store: Store,
+    *,
+    force: bool = False,
+    started_s: float = 0.0,
+) -> None:
+    """Measures whatever of the suite the store does not hold yet.
+
+    Args:
+        worlds: the suite's environments, for problems and the judge.
+        force: measure again what the store holds.
+        started_s: seconds that starting up took before this call, for the share of overhead.
+
+    Raises:
+        KeyboardInterrupt: interrupted; whatever was finished is in the store.
+    """
+    begin = monotonic() - started_s
+    session = Session()
+    stages = [
+        _Stage(suite, entry, world, store, session, force)
+        for entry, world in zip(suite.envs, worlds, strict=True)
+    ]
+    total = sum(len(stage.open) for stage in stages)
+    if total == 0:
+        return
+    progress = Progress(total)
+    try:
+        for stage in stages:
+            stage.run(progress)
+    finally:
+        progress.close()
+        session.wall_s = monotonic() - begin
+        if session.attempts:
+            store.put_session(session.run_id, session.described(suite))
+
+
+class _Stage:
+    """One environment of a run."""
+
+    def __init__(
+        self,
+        suite: Suite,
+        entry: Entry[Environment],
+        world: Environment,
+        store: Store,
+        session: Session,
+        force: bool,
+    ) -> None:
+        self._suite = suite
+        self._entry = entry
+        self._store = store
+        self._session = session
+        self._fingerprint = world.fingerprint
+        self._judge = Judge(world)
+        self._lock = threading.Lock()  # one result at a time is judged and stored
+        held = store.records(self._fingerprint, suite.seed, suite.settings_digest)
+        reference = suite.stop.reference
+        done = set() if force else set(zip(held["planner"], held["problem"], strict=True))
+        self.open = {
+            (planner.id, index)
+            for planner in suite.planners
+            for index in range(suite.problems)
+            if (planner.id, index) not in done
+        }
+        self._reference_lengths = {
+            row.problem: row.length
+            for row in held.itertuples()
+            if reference and row.planner == reference.id and row.solved
+        }
+        if self.open:
+            self._problems = world.sample_problems(suite.problems, suite.seed)
+            warm_up = derived_seed("warm-up", suite.seed)
+            [self._warm_up] = world.sample_problems(1, warm_up)
+
+    def run(self, progress: Progress) -> None:
+        """Attempts all open problems."""
+        contestants = {
+            planner.id: Contestant(self._entry, planner, self._suite, self._warm_up, self._session)
+            for planner in self._suite.planners
+            if any(id == planner.id for id, _ in self.open)
+        }
+        pool = ThreadPoolExecutor(self._suite.jobs)
+        try:
+            for number, begin in enumerate(range(0, self._suite.problems, BLOCK)):
+                block = self._problems[begin : begin + BLOCK]
+                for together in self._order(number, contestants):
+                    tasks = [
+                        pool.submit(self._attempt_block, c, block, progress) for c in together
+                    ]
+                    _finish(tasks)
+        finally:
+            for contestant in contestants.values():
+                contestant.stop()
+            pool.shutdown(cancel_futures=True)
+            for contestant in contestants.values():
+                contestant.stop()  # again: one may have started a process meanwhile
+
+    def _order(
+        self, block: int, contestants: dict[str, Contestant]
+    ) -> Iterator[list[Contestant]]:
+        """Who plans at the same time, in turn: the reference alone, then the others shuffled."""
+        reference = self._suite.stop.reference
+        first = reference.id if reference else None
+        if first in contestants:
+            yield [contestants[first]]
+        others = [c for id, c in contestants.items() if id != first]
+        stream("order", self._suite.seed, block).shuffle(others)  # type: ignore[arg-type]
+        yield others
+
+    def _attempt_block(
+        self, contestant: Contestant, block: list[Problem], progress: Progress
+    ) -> None:
+        for problem in block:
+            if (contestant.id, problem.index) not in self.open or contestant.stopped:
+                continue
+            stop_cost = self._suite.stop.stop_cost(self._reference_lengths.get(problem.index))
+            attempt = contestant.attempt(problem, stop_cost)
+            if contestant.stopped:
+                return  # the run is being interrupted: what came back is not a result
+            with self._lock:
+                record = self._judged(contestant, problem, attempt)
+                self._store.put(record)
+                progress.add(record)
+
+    def _judged(self, contestant: Contestant, problem: Problem, attempt: Attempt) -> Record:
+        begin = monotonic()
+        judged = self._judge(problem, attempt.path) if attempt.claims else None
+        self._session.judge_s += monotonic() - begin
+        self._session.attempts += 1
+        self._session.solve_s += attempt.solve_s or 0.0
+        verdict = judged.verdict.value if judged else ""
+        what = outcome(attempt.status, verdict, attempt.solve_s, self._suite.time_limit_s)
+        record = contestant.record(
+            problem,
+            attempt,
+            judged,
+            run_id=self._session.run_id,
+            env_fingerprint=self._fingerprint,
+            outcome=what,
+            measured_at=_now(),
+            path=encode_path(attempt.path),
+        )
+        reference = self._suite.stop.reference
+        if reference and contestant.id == reference.id and record.solved and record.length:
+            self._reference_lengths[problem.index] = record.length
+        return record
+
+
+def _finish(tasks: list[Future[None]]) -> None:
+    """Waits for all tasks; the first failure or interruption ends the wait."""
+    done, _ = wait(tasks, return_when=FIRST_EXCEPTION)
+    for task in done:
+        task.result()
+
+
+def _now() -> str:
+    return datetime.now(timezone.utc).isoformat(timespec="seconds")

@@ -1,0 +1,126 @@
+"""Records on disk: SQLite in `DIR/run.sqlite`, one transaction a row."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import threading
+from collections.abc import Iterable
+from dataclasses import astuple
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import pandas as pd
+
+from bench.record import COLUMNS, KEY, Record
+from envs import InputError
+
+FILE = "run.sqlite"
+_APPLICATION_ID = 0x504C4E42  # "PLNB"
+_VERSION = 1
+
+_SCHEMA = f"""
+CREATE TABLE records ({", ".join(COLUMNS)}, UNIQUE ({", ".join(KEY)}));
+CREATE TABLE sessions (run_id PRIMARY KEY, session);
+CREATE TABLE selection (id INTEGER PRIMARY KEY CHECK (id = 1), selection);
+PRAGMA application_id = {_APPLICATION_ID};
+PRAGMA user_version = {_VERSION};
+"""
+
+
+class Store:
+    """The records of a folder. Safe to use from several threads.
+
+    Args:
+        folder: made if missing, unless `create` is False.
+
+    Raises:
+        InputError: the folder cannot be used, or the file there is not a store of this version.
+    """
+
+    def __init__(self, folder: Path, *, create: bool = True) -> None:
+        self._file = folder / FILE
+        if not create and not self._file.is_file():
+            raise InputError(f"{folder} holds no {FILE}; name a folder that `bench run` wrote")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._connection = sqlite3.connect(self._file, check_same_thread=False, timeout=30)
+            self._open()
+        except (OSError, sqlite3.Error) as error:
+            raise InputError(f"cannot use {self._file} as a store: {error}") from error
+        self._lock = threading.Lock()
+
+    def _open(self) -> None:
+        [application] = self._connection.execute("PRAGMA application_id").fetchone()
+        [version] = self._connection.execute("PRAGMA user_version").fetchone()
+        [tables] = self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+        if tables == 0:
+            self._connection.executescript(_SCHEMA)
+        elif application != _APPLICATION_ID:
+            raise InputError(f"{self._file} is not a store of this program; choose another --out")
+        elif version != _VERSION:
+            raise InputError(
+                f"{self._file} is a store of version {version}, this program writes {_VERSION}; "
+                "choose another --out"
+            )
+        self._connection.execute("PRAGMA journal_mode = WAL")
+        self._connection.execute("PRAGMA synchronous = FULL")
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None
+    ) -> None:
+        self._connection.close()
+
+    def put(self, record: Record) -> None:
+        """Adds a record at once and for good, in place of one with the same key."""
+        marks = ", ".join("?" * len(COLUMNS))
+        with self._lock, self._connection:
+            self._connection.execute(f"INSERT OR REPLACE INTO records VALUES ({marks})", astuple(record))
+
+    def records(self, env_fingerprint: str, problems_seed: int, settings: str) -> pd.DataFrame:
+        """All records of an environment, a seed and a digest of settings, in order."""
+        return self._query(
+            "SELECT * FROM records WHERE env_fingerprint = ? AND problems_seed = ?"
+            " AND settings = ? ORDER BY planner, problem",
+            (env_fingerprint, problems_seed, settings),
+        )
+
+    def put_selection(self, selection: dict[str, Any]) -> None:
+        """Notes what was asked for last, which is what `bench report` shows."""
+        with self._lock, self._connection:
+            self._connection.execute(
+                "INSERT OR REPLACE INTO selection VALUES (1, ?)", (json.dumps(selection),)
+            )
+
+    def selection(self) -> dict[str, Any]:
+        """What was asked for last.
+
+        Raises:
+            InputError: nothing yet.
+        """
+        row = self._connection.execute("SELECT selection FROM selection").fetchone()
+        if row is None:
+            raise InputError(f"{self._file} holds no run yet")
+        chosen: dict[str, Any] = json.loads(row[0])
+        return chosen
+
+    def put_session(self, run_id: str, session: dict[str, Any]) -> None:
+        """Notes when, where and at what cost some records were measured."""
+        with self._lock, self._connection:
+            self._connection.execute(
+                "INSERT OR REPLACE INTO sessions VALUES (?, ?)", (run_id, json.dumps(session))
+            )
+
+    def sessions(self) -> list[dict[str, Any]]:
+        """All sessions that measured something, oldest first."""
+        rows = self._connection.execute("SELECT session FROM sessions ORDER BY rowid")
+        return [json.loads(text) for (text,) in rows]
+
+    def _query(self, sql: str, values: Iterable[Any]) -> pd.DataFrame:
+        with self._lock:
+            cursor = self._connection.execute(sql, tuple(values))
+            return pd.DataFrame(cursor.fetchall(), columns=list(COLUMNS))

@@ -1,0 +1,175 @@
+"""What to run: environments, planners, problems and the rules of the clock."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import envs
+import planners
+from bench import machine
+from envs import Environment, InputError
+from envs.registry import Entry
+from planners import Planner
+
+RULES = 1
+"""Rises whenever the protocol or the judge changes what is measured."""
+
+
+@dataclass(frozen=True)
+class StopRule:
+    """When a planner that could go on improving stops.
+
+    `kind` is "first" (at the first solution), "limit" (at the time limit) or "match": at a length
+    of at most (1 + tolerance) times what `reference` reached on the same problem.
+    """
+
+    kind: str
+    reference: Entry[Planner] | None = None
+    tolerance: float = 0.05
+
+    @staticmethod
+    def parse(text: str) -> StopRule:
+        """"first", "limit" or "match:PLANNER[:TOLERANCE]".
+
+        Raises:
+            InputError: it is none of them.
+        """
+        kind, _, rest = text.partition(":")
+        if kind in ("first", "limit") and not rest:
+            return StopRule(kind)
+        if kind != "match" or not rest:
+            raise InputError(f"--stop {text}: choose first, limit or match:PLANNER[:TOLERANCE]")
+        name, _, last = rest.rpartition(":")
+        try:
+            tolerance = float(last) if name else 0.05
+        except ValueError:
+            name, tolerance = "", 0.05
+        if not 0 <= tolerance < math.inf:
+            raise InputError(f"--stop {text}: the tolerance must be at least 0 and finite")
+        return StopRule(kind, planners.registry.entry(name or rest), tolerance)
+
+    @property
+    def text(self) -> str:
+        """Its canonical form."""
+        if self.reference is None:
+            return self.kind
+        return f"{self.kind}:{self.reference.id}:{self.tolerance}"
+
+    def stop_cost(self, reference_length: float | None) -> float:
+        """The length to stop at, given what the reference reached (None: it failed)."""
+        if self.kind == "first":
+            return math.inf
+        if self.kind == "limit" or reference_length is None:
+            return 0.0
+        return (1 + self.tolerance) * reference_length
+
+
+@dataclass(frozen=True)
+class Suite:
+    """A run as it was asked for. 
+
+    Attributes:
+        problems: the number of problems in each environment.
+        seed: of problems, planners and order.
+    """
+
+    envs: tuple[Entry[Environment], ...]
+    planners: tuple[Entry[Planner], ...]
+    problems: int
+    seed: int
+    time_limit_s: float
+    stop: StopRule
+    jobs: int
+    memory_limit_mb: int
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Everything besides planner, environment and problem that a measurement depends on."""
+        return {
+            "rules": RULES,
+            "time_limit_s": self.time_limit_s,
+            "stop": self.stop.text,
+            "jobs": self.jobs,
+            "memory_limit_mb": self.memory_limit_mb,
+        }
+
+    @property
+    def settings_digest(self) -> str:
+        """A short name for `settings`, equal exactly if they are."""
+        text = json.dumps(self.settings, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+    def selection(self, worlds: list[Environment]) -> dict[str, Any]:
+        """JSON data that says which records of a store this run is about."""
+        return {
+            "envs": [
+                {"id": entry.id, "fingerprint": world.fingerprint}
+                for entry, world in zip(self.envs, worlds, strict=True)
+            ],
+            "planners": [entry.id for entry in self.planners],
+            "problems": self.problems,
+            "seed": self.seed,
+            "settings": self.settings,
+            "settings_digest": self.settings_digest,
+        }
+
+
+def make_suite(
+    *,
+    env: str,
+    planner: str,
+    problems: int,
+    seed: int,
+    time_limit_s: float,
+    stop: str,
+    jobs: int,
+    memory_limit_mb: int,
+) -> tuple[Suite, list[Environment]]:
+    """Checks what was asked for; the suite, and its environments made.
+
+    Planners chosen by a group ("all") are left out where they support none of the environments.
+    The reference of a match rule is added if it is missing.
+
+    Raises:
+        InputError: something is unknown or out of range.
+    """
+    _check_range("--problems", problems, 1, 1_000_000)
+    _check_range("--seed", seed, 0, 2**32 - 1)
+    _check_range("--time-limit", time_limit_s, 0.001, 86_400)
+    _check_jobs(jobs)
+    _check_range("--memory-limit", memory_limit_mb, 256, 2**24)
+    env_entries = envs.registry.entries(env)
+    worlds = [entry.make() for entry in env_entries]
+    chosen = planners.registry.entries(planner, wanted=lambda entry: _supports(entry, worlds))
+    rule = StopRule.parse(stop)
+    if rule.reference is not None and rule.reference.id not in {entry.id for entry in chosen}:
+        chosen.insert(0, rule.reference)
+    for entry in chosen:
+        entry.make()  # refuses bad arguments before anything runs
+    suite = Suite(
+        tuple(env_entries), tuple(chosen), problems, seed, time_limit_s, rule, jobs, memory_limit_mb
+    )
+    return suite, worlds
+
+
+def _supports(entry: Entry[Planner], worlds: list[Environment]) -> bool:
+    planner = entry.make()
+    return any(planner.unsupported(world) is None for world in worlds)
+
+
+def _check_jobs(jobs: int) -> None:
+    cores = machine.physical_cores()
+    if not 1 <= jobs <= cores:
+        raise InputError(
+            f"--jobs must be between 1 and {cores}, the physical cores here, not {jobs}: "
+            "planners that share a core would measure each other"
+        )
+
+
+def _check_range(option: str, value: float, low: float, high: float) -> None:
+    if not low <= value <= high:
+        raise InputError(f"{option} must be between {low} and {high}, not {value}")

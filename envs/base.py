@@ -1,0 +1,95 @@
+"""What is planned in: the contract of an environment."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from envs.collision.fcl_model import DEFAULT_TOLERANCE, CollisionModel
+from envs.collision.shapes import Box
+from envs.problem import Array, Problem
+from envs.robots.base import Robot
+from envs.speed import SpeedModel
+
+
+class Environment(ABC):
+    """A robot, a scene and the bounds of the configuration space.
+
+    Attributes:
+        lower, upper: (d,) bounds of the configurations, in the environment's unit.
+        robot: the moving body.
+        obstacles: solid shapes in the workspace frame.
+        speed_model: equation 3 with this environment's constants.
+        unit: what lengths are in, for tables ("units", "rad").
+    """
+
+    lower: Array
+    upper: Array
+    robot: Robot
+    obstacles: Sequence[Box]
+    speed_model: SpeedModel
+    unit: str
+
+    @property
+    def dimension(self) -> int:
+        """d, the number of coordinates of a configuration."""
+        return len(self.lower)
+
+    @abstractmethod
+    def clearance(self, q: Array) -> Array:
+        """Signed distance (n,) from the robot at configurations (n, d) to the obstacles.
+
+        In workspace units: exact in free space, negative in collision.
+        """
+
+    @abstractmethod
+    def sample_problems(self, n: int, seed: int) -> list[Problem]:
+        """The first `n` test problems of `seed`, the same on every machine.
+
+        A larger `n` only adds problems at the end.
+
+        Raises:
+            InputError: the scene leaves too little free space.
+        """
+
+    @abstractmethod
+    def definition(self) -> dict[str, Any]:
+        """Everything that defines the scene and its problems, as JSON data."""
+
+    def speed(self, q: Array) -> Array:
+        """Speeds S*(q) (n,) at configurations (n, d)  (equation 3)."""
+        return self.speed_model(self.clearance(q))
+
+    def contains(self, q: Array) -> Any:
+        """Whether configurations (n, d) lie within the bounds, (n,) of bool.
+
+        An excess of one part in 10^9 of the extent is taken for rounding.
+        """
+        slack = 1e-9 * (self.upper - self.lower)
+        return ((q >= self.lower - slack) & (q <= self.upper + slack)).all(axis=-1)
+
+    def collision_model(self, tolerance: float = DEFAULT_TOLERANCE) -> CollisionModel:
+        """A new FCL model of this robot and scene."""
+        return CollisionModel(self.robot, self.obstacles, tolerance)
+
+    @property
+    def fingerprint(self) -> str:
+        """A digest of `definition()`: equal exactly if scene and problems are equal."""
+        text = json.dumps(self.definition(), sort_keys=True, allow_nan=False)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    def configurations(self, q: Array) -> Array:
+        """`q` as float64 (n, d).
+
+        Raises:
+            ValueError: it has another shape.
+        """
+        array = np.asarray(q, dtype=np.float64)
+        if array.ndim != 2 or array.shape[1] != self.dimension:
+            raise ValueError(f"configurations must be (n, {self.dimension}), not {array.shape}")
+        return array

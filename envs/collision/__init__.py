@@ -1,0 +1,1 @@
+"""Exact and batched collision checking."""

@@ -1,0 +1,30 @@
+"""Errors a user can cause and mend.
+
+    InputError                  one clear line: what was wrong, what to do; the CLI exits with 2
+    └── UnknownNameError        a name no registry knows; suggests the nearest
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class InputError(ValueError):
+    """Bad input from outside. The message is one line meant for a person."""
+
+
+class UnknownNameError(InputError):
+    """A name that is not among `known`; the message suggests the nearest ones."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        super().__init__(f"unknown {kind} {name!r}; {suggestion(name, known)}")
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """The nearest of `known` to a misspelt `name`, or all of them where none is near."""
+    names = sorted(known)
+    near = difflib.get_close_matches(name, names, n=2, cutoff=0.5)
+    if near:
+        return "did you mean " + " or ".join(repr(n) for n in near) + "?"
+    return "choose from: " + ", ".join(names) if names else "there is nothing to choose from"

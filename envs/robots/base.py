@@ -1,0 +1,31 @@
+"""The contract of a robot."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from envs.collision.shapes import Sphere
+from envs.problem import Array
+
+Pose = tuple[Array | None, Array]
+"""A rotation (3, 3), or None for none, and a translation (3,), in the workspace frame."""
+
+
+class Robot(Protocol):
+    """What collision checking needs to know of a robot."""
+
+    @property
+    def shapes(self) -> tuple[Sphere, ...]:
+        """Its rigid bodies, each in its own frame."""
+
+    @property
+    def rate_bound(self) -> float:
+        """An upper bound, over all configurations, on the workspace distance that any point of
+        the robot travels per unit of distance in configuration space."""
+
+    def poses(self, q: Array) -> tuple[Pose, ...]:
+        """The placement of every shape at a configuration (d,)."""
+
+    def motion_bound(self, a: Array, b: Array) -> float:
+        """An upper bound on the workspace distance that any point of the robot travels per unit
+        of t while the configuration moves as a + t (b - a), t in [0, 1]."""

@@ -1,0 +1,33 @@
+"""A robot that only translates: a point with a radius."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from envs.collision.shapes import Sphere
+from envs.problem import Array
+from envs.robots.base import Pose
+
+
+@dataclass(frozen=True)
+class PointRobot:
+    """A sphere of `radius` about the configuration, which is its position (3,)."""
+
+    radius: float
+
+    @property
+    def shapes(self) -> tuple[Sphere, ...]:
+        return (Sphere(self.radius),)
+
+    @property
+    def rate_bound(self) -> float:
+        return 1.0
+
+    def poses(self, q: Array) -> tuple[Pose, ...]:
+        return ((None, q),)
+
+    def motion_bound(self, a: Array, b: Array) -> float:
+        step = b - a
+        return float(np.sqrt(step @ step))

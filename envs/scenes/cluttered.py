@@ -1,0 +1,109 @@
+"""Cluttered 3-D: a small round robot among random boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from envs.base import Environment
+from envs.collision.distance import signed_distance_to_boxes
+from envs.collision.shapes import Box
+from envs.errors import InputError
+from envs.free_space import GridComponents
+from envs.problem import Array, Problem
+from envs.robots.point import PointRobot
+from envs.seeding import derived_seed, stream
+from envs.speed import SpeedModel
+
+HALF_SIDE = 10.0
+"""Half the side of the cube, in the paper's units."""
+
+
+class Cluttered3D(Environment):
+    """A point robot in a cube of side 20 centred at the origin, among axis-aligned boxes.
+
+    Box sides are uniform in [2, 6], centres uniform with the box inside the cube. Obstacles may
+    overlap.
+
+    Args:
+        scene: the seed of the boxes, >= 0.
+        boxes: how many.
+        robot_radius: of the sphere about the configuration; clearance is measured from it. The
+            default is the paper's collision threshold.
+
+    Raises:
+        InputError: an argument is out of range.
+    """
+
+    min_clearance = 0.4
+    """Least clearance of a problem's start and goal."""
+    min_separation = 4.0
+    """Least distance between a problem's start and goal."""
+
+    unit = "units"
+
+    def __init__(self, scene: int = 0, boxes: int = 10, robot_radius: float = 0.01) -> None:
+        if not 0 <= scene < 2**32:
+            raise InputError(f"c3d: scene must be between 0 and 2^32 - 1, not {scene}")
+        if not 1 <= boxes <= 1000:
+            raise InputError(f"c3d: boxes must be between 1 and 1000, not {boxes}")
+        if not 0 <= robot_radius <= 2:
+            raise InputError(f"c3d: robot_radius must be between 0 and 2, not {robot_radius}")
+        self.lower = np.full(3, -HALF_SIDE)
+        self.upper = np.full(3, HALF_SIDE)
+        self.robot = PointRobot(robot_radius)
+        self.speed_model = SpeedModel(d_min=0.2, d_max=2.0)
+        self._scene = scene
+        rng = stream("c3d boxes", scene)
+        sides = rng.uniform(2.0, 6.0, (boxes, 3))
+        room = HALF_SIDE - sides / 2
+        centers = rng.uniform(-room, room)
+        self.obstacles = [Box(c, s) for c, s in zip(centers, sides, strict=True)]
+
+    def clearance(self, q: Array) -> Array:
+        points = self.configurations(q)
+        return signed_distance_to_boxes(points, self.obstacles) - self.robot.radius
+
+    def sample_problems(self, n: int, seed: int) -> list[Problem]:
+        """Both ends uniform in free space, as `min_clearance` and `min_separation` demand, and
+        proved to lie in one component of free space (see `GridComponents`)."""
+        pairs = list(islice(self._pairs(seed), n))
+        if len(pairs) < n:
+            raise InputError(
+                f"c3d: found only {len(pairs)} of {n} problems; ask for fewer boxes or problems"
+            )
+        return [
+            Problem(start, goal, index, derived_seed("c3d planner", seed, index))
+            for index, (start, goal) in enumerate(pairs)
+        ]
+
+    def _pairs(self, seed: int) -> Iterator[tuple[Array, Array]]:
+        rng = stream("c3d problems", seed, self._scene)
+        for _ in range(2000):
+            start, goal = rng.uniform(self.lower, self.upper, (2, 1024, 3))
+            keep = np.linalg.norm(goal - start, axis=1) >= self.min_separation
+            keep &= self.clearance(start) >= self.min_clearance
+            keep &= self.clearance(goal) >= self.min_clearance
+            label = self._components.label(start)
+            keep &= (label > 0) & (label == self._components.label(goal))
+            yield from zip(start[keep], goal[keep], strict=True)
+
+    @cached_property
+    def _components(self) -> GridComponents:
+        return GridComponents(self.clearance, self.lower, self.upper)
+
+    def definition(self) -> dict[str, Any]:
+        return {
+            "class": "Cluttered3D",
+            "version": 1,
+            "boxes": [[*box.center.tolist(), *box.sides.tolist()] for box in self.obstacles],
+            "scene": self._scene,
+            "bounds": [self.lower.tolist(), self.upper.tolist()],
+            "robot_radius": self.robot.radius,
+            "speed": [self.speed_model.d_min, self.speed_model.d_max, self.speed_model.s_const],
+            "problems": [self.min_clearance, self.min_separation],
+        }

@@ -1,0 +1,55 @@
+"""How a path is found: planners behind one contract."""
+
+from envs import Registry, Spec
+from planners.base import Budget, Planner, PlannerResult, Status
+
+__all__ = ["Budget", "Planner", "PlannerResult", "Status", "make", "registry"]
+
+
+def _ompl(
+    id: str,
+    algorithm: str,
+    name: str,
+    aliases: tuple[str, ...] = (),
+    groups: tuple[str, ...] = (),
+) -> Spec:
+    return Spec(
+        id,
+        "planners.ompl:OmplPlanner",
+        f"OMPL's {name} with certified motion checks",
+        {"algorithm": algorithm},
+        aliases=aliases,
+        groups=groups,
+    )
+
+
+registry: Registry[Planner] = Registry(
+    "planner",
+    [
+        Spec(
+            "fmm",
+            "planners.fmm:FastMarching",
+            "fast marching on a 100-per-axis grid of the speed field (scikit-fmm)",
+            groups=("paper",),
+        ),
+        _ompl("rrtstar", "RRTstar", "RRT*", ("rrt*",), ("paper",)),
+        _ompl("lazyprmstar", "LazyPRMstar", "LazyPRM*", ("lazyprm*",), ("paper",)),
+        _ompl("rrtconnect", "RRTConnect", "RRT-Connect, first solution only"),
+        _ompl("prmstar", "PRMstar", "PRM*", ("prm*",)),
+        _ompl("informedrrtstar", "InformedRRTstar", "Informed RRT*", ("informedrrt*",)),
+        _ompl("bitstar", "BITstar", "BIT*", ("bit*",)),
+        _ompl("aitstar", "AITstar", "AIT*", ("ait*",)),
+        _ompl("eitstar", "EITstar", "EIT*", ("eit*",)),
+        _ompl("fmt", "FMT", "FMT*, one batch of samples", ("fmt*",)),
+    ],
+    entry_point_group="bench.planners",
+)
+
+
+def make(text: str) -> Planner:
+    """The planner that `name` or `name:key=value,...` names.
+
+    Raises:
+        InputError: a name or an argument is unknown or out of range.
+    """
+    return registry.make(text)

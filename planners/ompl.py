@@ -1,0 +1,261 @@
+"""OMPL's sampling planners through one adapter; each planner is a spec."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from time import perf_counter
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from envs import Environment, InputError, Problem
+from envs.collision.fcl_model import CollisionModel
+from envs.errors import suggestion
+from envs.problem import Array
+from envs.seeding import derived_seed
+from planners import ompl_import
+from planners.base import Budget, Planner, PlannerResult, Status
+
+_ROADMAPS = ("PRMstar", "LazyPRMstar")
+
+_LEAD_S = 0.01
+_LEAD_SHARE = {"LazyPRMstar": 0.05, "AITstar": 0.1, "BITstar": 0.2}
+_LEAD_SHARE_OTHERS = 0.02
+"""How long before the deadline OMPL is told to stop, in seconds and as a share of the time given.
+It ends its current iteration after that, and these planners' iterations grow long: with 5 s, 0.1 s
+were seen in LazyPRM*, 0.3 s in AIT* and 1 s in BIT*."""
+
+_SAMPLES_EDGES = ("EITstar",)
+"""Planners that never ask the motion validator and test states along an edge instead, with gaps
+of up to two lengths of a valid segment, since they skip those of an earlier, sparser pass."""
+_SEGMENT_SHARE = 0.002
+"""The length of a valid segment for them, as a share of the extent of the space."""
+
+
+class OmplPlanner(Planner):
+    """A planner of `ompl.geometric` over the box of joint values.
+
+    States are checked by the environment's FCL model and motions by its certified segment check,
+    so that no path is lost to a resolution that the planner never chose. A planner that tests
+    states along an edge itself gets a state check with a margin that closes the gaps between
+    them. The objective is path length; planning stops at the budget's cost.
+
+    Args:
+        algorithm: the class in `ompl.geometric`.
+        simplify: shorten and smooth the path with OMPL's PathSimplifier, on the clock.
+        roadmap_s: seconds of growing a roadmap offline, which is then kept (and goes on growing)
+            from problem to problem. 0 plans every problem from nothing.
+        parameters: of the OMPL planner, by OMPL's names ("range", "goal_bias", ...).
+
+    Raises:
+        InputError: a parameter is unknown to the algorithm, or its value is refused.
+    """
+
+    def __init__(
+        self,
+        algorithm: str,
+        *,
+        simplify: bool = False,
+        roadmap_s: float = 0.0,
+        **parameters: Any,
+    ) -> None:
+        if not 0 <= roadmap_s < math.inf:
+            raise InputError(f"roadmap_s must be at least 0 and finite, not {roadmap_s}")
+        if roadmap_s and algorithm not in _ROADMAPS:
+            raise InputError(f"{algorithm} keeps no roadmap; roadmap_s is for PRM* and LazyPRM*")
+        self._algorithm = algorithm
+        self._simplify = simplify
+        self._roadmap_s = roadmap_s
+        self._parameters = {name: str(value) for name, value in parameters.items()}
+        self._kept: Any = None
+        if parameters:
+            base, _, _ = _ompl()
+            self._make(base.SpaceInformation(base.RealVectorStateSpace(2)))
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        base, _, util = _ompl()
+        space = base.RealVectorStateSpace(env.dimension)
+        bounds = base.RealVectorBounds(env.dimension)
+        for axis in range(env.dimension):
+            bounds.setLow(axis, float(env.lower[axis]))
+            bounds.setHigh(axis, float(env.upper[axis]))
+        space.setBounds(bounds)
+        self._space = space
+        self._model = env.collision_model()
+        self._si = base.SpaceInformation(space)
+        self._progress = _Progress()
+        self._margin = 0.0
+        if self._algorithm in _SAMPLES_EDGES:
+            self._si.setStateValidityCheckingResolution(_SEGMENT_SHARE)
+            gap = _SEGMENT_SHARE * space.getMaximumExtent()
+            self._margin = gap * env.robot.rate_bound + self._model.tolerance
+        # Kept on self: OMPL holds the callables without owning them.
+        self._state_check = base.StateValidityCheckerFn(self._is_valid)
+        self._motion_check = _motion_validator(self._si, self._model, self._progress)
+        self._si.setStateValidityChecker(self._state_check)
+        self._si.setMotionValidator(self._motion_check)
+        self._si.setup()
+        if self._roadmap_s:
+            util.RNG.setSeed(seed)
+            self._kept = self._make(self._si)
+            [problem] = env.sample_problems(1, derived_seed("ompl roadmap", seed))
+            self._run(self._kept, problem, self._roadmap_s, stop_cost=0.0)
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        _, geometric, util = _ompl()
+        checks = self._model.checks
+        if self._kept is None:
+            util.RNG.setSeed(problem.seed)
+            planner = self._make(self._si)
+        else:
+            planner = self._kept
+            planner.clearQuery()
+        lead = _LEAD_SHARE.get(self._algorithm, _LEAD_SHARE_OTHERS)
+        seconds = budget.remaining() * (1 - lead) - _LEAD_S
+        definition, status = self._run(planner, problem, seconds, budget.stop_cost)
+        path = definition.getSolutionPath() if definition.hasSolution() else None
+        if path is not None and self._simplify and definition.hasExactSolution():
+            geometric.PathSimplifier(self._si).simplify(path, budget.remaining())
+        stats = {
+            "collision_checks": self._model.checks - checks,
+            "cost_history": self._progress.history,
+        }
+        if path is None:
+            return PlannerResult(status, None, stats)
+        waypoints = np.array([_values(state, self._space) for state in path.getStates()])
+        exact = definition.hasExactSolution()
+        status = Status.EXACT_SOLUTION if exact else Status.APPROXIMATE_SOLUTION
+        return PlannerResult(status, waypoints, stats)
+
+    def _run(
+        self, planner: Any, problem: Problem, seconds: float, stop_cost: float
+    ) -> tuple[Any, Status]:
+        """Plans for at most `seconds`; the problem definition with its solutions, and the status
+        that holds if there are none."""
+        base, _, _ = _ompl()
+        definition = base.ProblemDefinition(self._si)
+        definition.setStartAndGoalStates(
+            _state(problem.start, self._space), _state(problem.goal, self._space)
+        )
+        objective = base.PathLengthOptimizationObjective(self._si)
+        objective.setCostThreshold(base.Cost(stop_cost))
+        definition.setOptimizationObjective(objective)
+        planner.setProblemDefinition(definition)
+        if not planner.isSetup():
+            planner.setup()
+        self._progress.begin(planner)
+        # Not solve(seconds): that one polls the clock from a thread.
+        answer = planner.solve(base.timedPlannerTerminationCondition(max(seconds, 0.0)))
+        self._progress.end()
+        return definition, _STATUS.get(answer.getStatus().name, Status.TIMEOUT)
+
+    def _is_valid(self, state: Any) -> bool:
+        self._progress.tick()
+        q = _values(state, self._space)
+        if self._margin:
+            return self._model.clearance(q) > self._margin
+        return self._model.is_valid(q)
+
+    def _make(self, si: Any) -> Any:
+        """A new planner with our parameters."""
+        _, geometric, util = _ompl()
+        planner = getattr(geometric, self._algorithm)(si)
+        names = util.vectorString()
+        planner.params().getParamNames(names)
+        own = ["simplify", *(["roadmap_s"] if self._algorithm in _ROADMAPS else [])]
+        for name, value in self._parameters.items():
+            if name not in names:
+                known = ", ".join([*names, *own])
+                near = suggestion(name, [*names, *own])
+                hint = f"; {near}" if near.startswith("did") else ""
+                raise InputError(f"{self._algorithm} has no parameter {name!r}{hint} ({known})")
+            if not planner.params().setParam(name, value):
+                raise InputError(f"{self._algorithm} refuses {name}={value}")
+        return planner
+
+
+class _Progress:
+    """Best path length over time, read from the planner whenever it checks a state or a motion.
+
+    Read in the planner's own thread: PRM* evaluates its termination condition in a second one,
+    from which no Python may be called.
+    """
+
+    _INTERVAL_S = 0.01
+
+    def __init__(self) -> None:
+        self.history: list[list[float]] = []
+        self._cost: Any = None
+        self._next = math.inf
+
+    def begin(self, planner: Any) -> None:
+        """Starts a new history of [seconds, path length] for `planner`."""
+        properties = planner.getPlannerProgressProperties()
+        named = (name for name in properties.keys() if name.startswith("best cost"))
+        best = next(named, None)
+        self._cost = properties[best] if best else None
+        self.history = []
+        self._begin = perf_counter()
+        self._next = self._begin if best else math.inf
+
+    def tick(self) -> None:
+        """Notes an improvement, at most every hundredth of a second."""
+        if perf_counter() >= self._next:
+            self._note()
+
+    def end(self) -> None:
+        """Notes the last improvement and lets go of the planner."""
+        if self._cost is not None:
+            self._note()
+        self._cost, self._next = None, math.inf
+
+    def _note(self) -> None:
+        now = perf_counter()
+        self._next = now + self._INTERVAL_S
+        cost = float(self._cost())
+        if math.isfinite(cost) and (not self.history or cost < self.history[-1][1]):
+            self.history.append([now - self._begin, cost])
+
+
+@cache
+def _ompl() -> tuple[ModuleType, ModuleType, ModuleType]:
+    return ompl_import.load()
+
+
+def _motion_validator(si: Any, model: CollisionModel, progress: _Progress) -> Any:
+    """A MotionValidator that accepts what the model's certified segment check proves free."""
+    base, _, _ = _ompl()
+    space = si.getStateSpace()
+
+    class CertifiedMotionValidator(base.MotionValidator):  # type: ignore[misc, name-defined]
+        def checkMotion(self, a: Any, b: Any, last_valid: Any = None) -> bool:  # noqa: N802
+            progress.tick()
+            start, end = _values(a, space), _values(b, space)
+            if model.segment_is_free(start, end):
+                return True
+            if last_valid is not None:  # the part before it that is surely free: none of it
+                last_valid.second = 0.0
+            return False
+
+    return CertifiedMotionValidator(si)
+
+
+def _values(state: Any, space: Any) -> Array:
+    return np.array([state[axis] for axis in range(space.getDimension())])
+
+
+def _state(q: Array, space: Any) -> Any:
+    base, _, _ = _ompl()
+    state = base.State(space)
+    for axis, value in enumerate(q):
+        state()[axis] = float(value)
+    return state
+
+
+_STATUS = {
+    "INVALID_START": Status.INVALID_START,
+    "INVALID_GOAL": Status.INVALID_GOAL,
+    "INFEASIBLE": Status.INFEASIBLE,
+}
