@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import signal
 import subprocess
@@ -29,6 +30,10 @@ GRACE_SHARE, GRACE_S = 0.2, 1.0
 _POLL_S = 0.05  # how often a working process is looked at
 _LAST_WORDS_S = 2.0  # for a process that ends itself at the hard limit to say where it hung
 _LOG_LIMIT = 16 * 2**20  # bytes of output kept of a planner that prints without end
+_BOOT = (  # not `-m`: that would look for our packages in the current folder first
+    "import json, sys; sys.path[:] = json.loads(sys.argv[2]);"
+    "from bench.worker import main; main(int(sys.argv[1]))"
+)
 _ONE_THREAD = {
     name: "1"
     for name in (
@@ -83,12 +88,12 @@ class WorkerProcess:
         self._connection, theirs = Pipe()
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "bench.worker", str(theirs.fileno())],
+                [sys.executable, "-c", _BOOT, str(theirs.fileno()), json.dumps(sys.path)],
                 stdin=subprocess.DEVNULL,
                 stdout=self._log,
                 stderr=self._log,
                 pass_fds=[theirs.fileno()],
-                env={**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(sys.path)},
+                env={**os.environ, **_ONE_THREAD},
                 start_new_session=True,  # a Ctrl-C is the harness's to handle
             )
         self._described = {"env": _describe(env), "planner": _describe(planner)}

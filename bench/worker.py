@@ -1,7 +1,7 @@
 """One isolated process that sets up one planner in one environment and solves problems.
 
-Run as `python -m bench.worker FD` by `bench.process`, which talks to it over the socket FD. What
-the planner prints goes to the log that the parent gave as standard output and error.
+Started by `bench.process`, which talks to it over a socket. What the planner prints goes to the
+log that the parent gave as standard output and error.
 """
 
 from __future__ import annotations
@@ -130,7 +130,3 @@ def _peak_memory_mb() -> float:
     """The most memory this process has held so far."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return float(peak / 2**20 if sys.platform == "darwin" else peak / 2**10)
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]))

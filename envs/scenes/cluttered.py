@@ -58,7 +58,7 @@ class Cluttered3D(Environment):
         self.robot = PointRobot(robot_radius)
         self.speed_model = SpeedModel(d_min=0.2, d_max=2.0)
         self._scene = scene
-        rng = stream("c3d boxes", scene)
+        rng = stream("c3d", scene)
         sides = rng.uniform(2.0, 6.0, (boxes, 3))
         room = HALF_SIDE - sides / 2
         centers = rng.uniform(-room, room)

@@ -1,0 +1,85 @@
+"""Every way of failing is one row in the table and costs the others nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import faulty_planners
+import numpy as np
+import pandas as pd
+import psutil
+from conftest import Cli
+
+PROBLEMS = 2
+
+
+def test_every_fault_has_its_own_outcome(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
+    reference = "fmm:resolution=30"
+    code, out, err = bench(
+        *("run", "--env", "c3d", "--planners", ",".join([*faulty_planners.EXPECTED, reference])),
+        *("--problems", PROBLEMS, "--seed", 3, "--time-limit", 0.5, "--stop", f"match:{reference}"),
+        *("--memory-limit", 1000, "--out", tmp_path),
+    )
+    assert code == 0, err
+    summary = pd.read_csv(tmp_path / "summary.csv").set_index("planner")
+    for id, (_, outcome) in faulty_planners.EXPECTED.items():
+        assert json.loads(summary.loc[id, "status_counts"]) == {outcome: PROBLEMS}, id
+        assert summary.loc[id, "solved"] == 0
+        assert np.isnan(summary.loc[id, "time_s_mean"]), "failures have no mean time"
+        assert f"| {id} " in out
+    assert summary.loc[reference, "problems"] == PROBLEMS
+    assert summary.loc[reference, "solved"] == PROBLEMS
+    assert not psutil.Process().children(recursive=True), "no process may be left behind"
+
+
+def test_errors_tell_what_happened(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
+    names = "raises,segfault,hangs,raises-in-setup,unsupporting,out-of-bounds"
+    bench(
+        *("run", "--env", "c3d", "--planners", names, "--problems", 1, "--stop", "first"),
+        *("--time-limit", 0.3, "--out", tmp_path),
+    )
+    errors = _records(tmp_path).set_index("planner")["error"]
+    assert "I do not feel like planning" in errors["raises"]
+    assert "SIGSEGV" in errors["segfault"]
+    assert "faulty_planners.py" in errors["segfault"], "names the line that crashed"
+    assert "ignored its deadline" in errors["hangs"]
+    assert "in solve" in errors["hangs"], "names where it hung"
+    assert "no weights here" in errors["raises-in-setup"]
+    assert "Sundays" in errors["unsupporting"]
+    assert "waypoint 1 of 3" in errors["out-of-bounds"]
+
+
+def test_what_a_planner_prints_stays_out_of_the_table(
+    bench: Cli, faulty: list[str], tmp_path: Path
+) -> None:
+    code, out, err = bench(
+        *("run", "--env", "c3d", "--planners", "prints", "--problems", 3, "--stop", "first"),
+        *("--out", tmp_path),
+    )
+    assert code == 0
+    assert "hello" not in out + err
+    assert "library" not in out + err
+    assert len(_records(tmp_path)) == 3
+
+
+def test_a_valid_path_after_the_limit_is_late(
+    bench: Cli, faulty: list[str], tmp_path: Path
+) -> None:
+    bench(
+        *("run", "--env", "c3d:boxes=1", "--planners", "late", "--problems", 2),
+        *("--stop", "first", "--time-limit", 0.2, "--out", tmp_path),
+    )
+    records = _records(tmp_path)
+    valid = records["verdict"] == "VALID"
+    assert valid.any()
+    assert set(records.loc[valid, "outcome"]) == {"LATE"}
+    assert (records["solved"] == 0).all()
+
+
+def _records(folder: Path) -> pd.DataFrame:
+    from bench.report.files import selected_records
+    from bench.store import Store
+
+    with Store(folder, create=False) as store:
+        return selected_records(store, store.selection())

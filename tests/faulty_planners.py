@@ -1,0 +1,203 @@
+"""Planners written to misbehave, each in one way."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import time
+
+import numpy as np
+
+from envs import Environment, Problem, Spec
+from planners import Budget, Planner, PlannerResult, Status
+
+
+def _claim(*waypoints: np.ndarray) -> PlannerResult:
+    return PlannerResult(Status.EXACT_SOLUTION, np.array(waypoints))
+
+
+class Straight(Planner):
+    """Claims the straight line, whatever is in the way."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return _claim(problem.start, problem.goal)
+
+
+class Segfault(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        ctypes.string_at(0)
+        raise AssertionError("not reached")
+
+
+class Exits(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        os._exit(7)
+
+
+class Hangs(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        while True:
+            time.sleep(0.1)
+
+
+class HangsInC(Planner):
+    """Hangs with the interpreter's lock held, so that no Python code runs any more."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        ctypes.PyDLL(None).sleep(10_000)
+        raise AssertionError("not reached")
+
+
+class EatsMemory(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        eaten = []
+        while True:
+            eaten.append(np.zeros(25_000_000))
+
+
+class Raises(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        raise ValueError("I do not feel like planning")
+
+
+class RaisesInSetup(Planner):
+    def setup(self, env: Environment, *, seed: int) -> None:
+        raise ValueError("no weights here")
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        raise AssertionError("not reached")
+
+
+class ReturnsNone(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return None  # type: ignore[return-value]
+
+
+class NaN(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return _claim(problem.start, problem.start * np.nan, problem.goal)
+
+
+class Ragged(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return PlannerResult(Status.EXACT_SOLUTION, [[1.0], [2.0, 3.0]])
+
+
+class WrongStart(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return _claim(problem.start + 1e-3, problem.goal)
+
+
+class WrongGoal(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return _claim(problem.start, problem.goal - 1e-3)
+
+
+class OutOfBounds(Planner):
+    """Goes round the whole scene."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return _claim(problem.start, np.array([0.0, 0.0, 25.0]), problem.goal)
+
+
+class ThroughBox(Planner):
+    """Visits the centre of the first box."""
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        self._inside = env.obstacles[0].center
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return _claim(problem.start, self._inside, problem.goal)
+
+
+class FreeWaypointsOnly(Planner):
+    """Waypoints on both sides of the first box, all free; the segment between crosses it."""
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        box = env.obstacles[0]
+        self._sides = []
+        for sign in (-1, 1):
+            offset = np.zeros(3)
+            for axis in range(3):
+                offset[:] = 0
+                offset[axis] = sign * (box.sides[axis] / 2 + 0.05)
+                if env.clearance(np.array([box.center + offset]))[0] > 0:
+                    break
+            self._sides.append(box.center + offset)
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return _claim(problem.start, *self._sides, problem.goal)
+
+
+class Prints(Straight):
+    """Solves nothing hard, but talks."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        print("planner,says,hello")
+        os.write(1, b"and so does its library\n")
+        return super().solve(problem, budget)
+
+
+class Late(Straight):
+    """Overruns its limit by less than what gets it killed."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        time.sleep(budget.remaining() + 0.2)
+        return super().solve(problem, budget)
+
+
+class Approximates(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        middle = (problem.start + problem.goal) / 2
+        return PlannerResult(Status.APPROXIMATE_SOLUTION, np.array([problem.start, middle]))
+
+
+class Unsupporting(Planner):
+    def unsupported(self, env: Environment) -> str | None:
+        return "only plans on Sundays"
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        raise AssertionError("not reached")
+
+
+class Counts(Straight):
+    """Writes a line to the file named in COUNT_FILE for every problem it is asked."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        with open(os.environ["COUNT_FILE"], "a") as file:  # noqa: PTH123
+            file.write(f"{problem.index} {budget.stop_cost}\n")
+        return super().solve(problem, budget)
+
+
+def spec(planner: type[Planner], id: str) -> Spec:
+    return Spec(id, f"faulty_planners:{planner.__name__}", planner.__doc__ or planner.__name__)
+
+
+EXPECTED = {
+    "segfault": (Segfault, "CRASH"),
+    "exits": (Exits, "CRASH"),
+    "hangs": (Hangs, "KILLED"),
+    "hangs-in-c": (HangsInC, "KILLED"),
+    "eats-memory": (EatsMemory, "OUT_OF_MEMORY"),
+    "raises": (Raises, "ERROR"),
+    "raises-in-setup": (RaisesInSetup, "ERROR"),
+    "returns-none": (ReturnsNone, "ERROR"),
+    "not-a-number": (NaN, "MALFORMED"),
+    "ragged": (Ragged, "MALFORMED"),
+    "wrong-start": (WrongStart, "WRONG_ENDPOINT"),
+    "wrong-goal": (WrongGoal, "WRONG_ENDPOINT"),
+    "out-of-bounds": (OutOfBounds, "OUT_OF_BOUNDS"),
+    "through-box": (ThroughBox, "COLLISION"),
+    "free-waypoints-only": (FreeWaypointsOnly, "COLLISION"),
+    "approximates": (Approximates, "APPROXIMATE_SOLUTION"),
+    "unsupporting": (Unsupporting, "UNSUPPORTED"),
+}
+"""What the table must say of each."""
+
+SPECS = [
+    *(spec(planner, id) for id, (planner, _) in EXPECTED.items()),
+    spec(Straight, "straight"),
+    spec(Prints, "prints"),
+    spec(Late, "late"),
+    spec(Counts, "counts"),
+]
