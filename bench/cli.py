@@ -198,7 +198,7 @@ def _show(chosen: argparse.Namespace) -> int:
 
 
 def _list(chosen: argparse.Namespace) -> int:
-    wanted = {"planners": planners.registry, "envs": envs.registry}
+    wanted = {"planners": planners.REGISTRY, "envs": envs.REGISTRY}
     if chosen.what:
         wanted = {chosen.what: wanted[chosen.what]}
     listed = {

@@ -50,7 +50,7 @@ class StopRule:
             name, tolerance = "", 0.05
         if not 0 <= tolerance < math.inf:
             raise InputError(f"--stop {text}: the tolerance must be at least 0 and finite")
-        return StopRule(kind, planners.registry.entry(name or rest), tolerance)
+        return StopRule(kind, planners.REGISTRY.entry(name or rest), tolerance)
 
     @property
     def text(self) -> str:
@@ -142,9 +142,9 @@ def make_suite(
     _check_range("--time-limit", time_limit_s, 0.001, 86_400)
     _check_jobs(jobs)
     _check_range("--memory-limit", memory_limit_mb, 256, 2**24)
-    env_entries = envs.registry.entries(env)
+    env_entries = envs.REGISTRY.entries(env)
     worlds = [entry.make() for entry in env_entries]
-    chosen = planners.registry.entries(planner, wanted=lambda entry: _supports(entry, worlds))
+    chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
     rule = StopRule.parse(stop)
     if rule.reference is not None and rule.reference.id not in {entry.id for entry in chosen}:
         chosen.insert(0, rule.reference)

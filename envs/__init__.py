@@ -5,9 +5,9 @@ from envs.errors import InputError
 from envs.problem import Path, Problem
 from envs.registry import Registry, Spec
 
-__all__ = ["Environment", "InputError", "Path", "Problem", "Spec", "make", "registry"]
+__all__ = ["Environment", "InputError", "Path", "Problem", "Spec", "REGISTRY", "make"]
 
-registry: Registry[Environment] = Registry(
+REGISTRY: Registry[Environment] = Registry(
     "environment",
     [
         Spec(
@@ -26,4 +26,4 @@ def make(text: str) -> Environment:
     Raises:
         InputError: a name or an argument is unknown or out of range.
     """
-    return registry.make(text)
+    return REGISTRY.make(text)

@@ -56,5 +56,7 @@ class Path:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "waypoints", frozen_array(self.waypoints, 2, "path"))
+        if self.waypoints.shape[1] == 0:
+            raise ValueError("path has waypoints without coordinates")
         if len(self.waypoints) < 2:
             raise ValueError(f"path has {len(self.waypoints)} waypoints, at least 2 are needed")

@@ -3,7 +3,7 @@
 from envs import Registry, Spec
 from planners.base import Budget, Planner, PlannerResult, Status
 
-__all__ = ["Budget", "Planner", "PlannerResult", "Status", "make", "registry"]
+__all__ = ["Budget", "Planner", "PlannerResult", "Status", "REGISTRY", "make"]
 
 
 def _ompl(
@@ -23,7 +23,7 @@ def _ompl(
     )
 
 
-registry: Registry[Planner] = Registry(
+REGISTRY: Registry[Planner] = Registry(
     "planner",
     [
         Spec(
@@ -52,4 +52,4 @@ def make(text: str) -> Planner:
     Raises:
         InputError: a name or an argument is unknown or out of range.
     """
-    return registry.make(text)
+    return REGISTRY.make(text)

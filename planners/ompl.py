@@ -97,6 +97,8 @@ class OmplPlanner(Planner):
         self._si.setStateValidityChecker(self._state_check)
         self._si.setMotionValidator(self._motion_check)
         self._si.setup()
+        # One for all problems: a planner that is kept looks only at the first it was given.
+        self._objective = base.PathLengthOptimizationObjective(self._si)
         if self._roadmap_s:
             util.RNG.setSeed(seed)
             self._kept = self._make(self._si)
@@ -139,9 +141,8 @@ class OmplPlanner(Planner):
         definition.setStartAndGoalStates(
             _state(problem.start, self._space), _state(problem.goal, self._space)
         )
-        objective = base.PathLengthOptimizationObjective(self._si)
-        objective.setCostThreshold(base.Cost(stop_cost))
-        definition.setOptimizationObjective(objective)
+        self._objective.setCostThreshold(base.Cost(stop_cost))
+        definition.setOptimizationObjective(self._objective)
         planner.setProblemDefinition(definition)
         if not planner.isSetup():
             planner.setup()
@@ -171,7 +172,11 @@ class OmplPlanner(Planner):
                 near = suggestion(name, [*names, *own])
                 hint = f"; {near}" if near.startswith("did") else ""
                 raise InputError(f"{self._algorithm} has no parameter {name!r}{hint} ({known})")
-            if not planner.params().setParam(name, value):
+            try:
+                taken = planner.params().setParam(name, value)
+            except RuntimeError:  # OMPL's, for text that is no number
+                taken = False
+            if not taken:
                 raise InputError(f"{self._algorithm} refuses {name}={value}")
         return planner
 

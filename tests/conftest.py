@@ -37,7 +37,7 @@ def bench(capfd: pytest.CaptureFixture[str]) -> Cli:
 def faulty() -> Iterator[list[str]]:
     """The names of planners written to misbehave, registered for the length of a test."""
     for spec in faulty_planners.SPECS:
-        planners.registry.register(spec)
+        planners.REGISTRY.register(spec)
     yield [spec.id for spec in faulty_planners.SPECS]
     for spec in faulty_planners.SPECS:
-        planners.registry.unregister(spec.id)
+        planners.REGISTRY.unregister(spec.id)

@@ -83,13 +83,15 @@ class Cluttered3D(Environment):
 
     def _pairs(self, seed: int) -> Iterator[tuple[Array, Array]]:
         rng = stream("c3d problems", seed, self._scene)
-        for _ in range(2000):
+        fruitless = 0
+        while fruitless < 100:
             start, goal = rng.uniform(self.lower, self.upper, (2, 1024, 3))
             keep = np.linalg.norm(goal - start, axis=1) >= self.min_separation
             keep &= self.clearance(start) >= self.min_clearance
             keep &= self.clearance(goal) >= self.min_clearance
             label = self._components.label(start)
             keep &= (label > 0) & (label == self._components.label(goal))
+            fruitless = 0 if keep.any() else fruitless + 1
             yield from zip(start[keep], goal[keep], strict=True)
 
     @cached_property

@@ -1,0 +1,74 @@
+"""Metrics of paths with known answers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from bench.metrics import path_length, smoothness, travel_time
+from planners import ompl_import
+
+SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]], float)
+
+paths = arrays(float, st.tuples(st.integers(2, 12), st.just(3)), elements=st.floats(-10, 10))
+
+
+def test_length_of_a_square() -> None:
+    assert path_length(SQUARE) == 4
+
+
+def test_travel_time_at_constant_speed() -> None:
+    found = travel_time(SQUARE, lambda q: np.full(len(q), 0.5), 0.01)
+    assert found == pytest.approx(8)
+
+
+def test_travel_time_up_a_ramp_of_speed() -> None:
+    """S = 1 + x from 0 to 3: the integral of dx / (1 + x) is ln 4."""
+    found = travel_time(np.array([[0.0], [3.0]]), lambda q: 1 + q[:, 0], 1e-3)
+    assert found == pytest.approx(math.log(4), rel=1e-6)
+
+
+def test_smoothness_of_right_angles() -> None:
+    """(2 (pi / 2) / (1 + 1))^2 at each of three corners."""
+    assert smoothness(SQUARE) == pytest.approx(3 * (math.pi / 2) ** 2)
+    assert smoothness(SQUARE[:2]) == 0
+    assert smoothness(np.array([[0.0, 0], [1, 0], [5, 0]])) == pytest.approx(0, abs=1e-12)
+    assert smoothness(SQUARE[[0, 0, 1, 1, 2]]) == pytest.approx(smoothness(SQUARE[[0, 1, 2]]))
+
+
+def test_smoothness_is_ompls() -> None:
+    base, geometric, _ = ompl_import.load()
+    waypoints = np.random.default_rng(0).uniform(-1, 1, (12, 3))
+    space = base.RealVectorStateSpace(3)
+    path = geometric.PathGeometric(base.SpaceInformation(space))
+    for q in waypoints:
+        state = base.State(space)
+        for axis in range(3):
+            state()[axis] = float(q[axis])
+        path.append(state())
+    assert smoothness(waypoints) == pytest.approx(path.smoothness())
+    assert path_length(waypoints) == pytest.approx(path.length())
+
+
+@given(paths)
+def test_metrics_do_not_depend_on_direction(path: np.ndarray) -> None:
+    back = path[::-1]
+    assert path_length(back) == pytest.approx(path_length(path))
+    assert smoothness(back) == pytest.approx(smoothness(path), rel=1e-6, abs=1e-6)
+
+    def speed(q: np.ndarray) -> np.ndarray:
+        return 1 + np.abs(q).sum(axis=1)
+
+    assert travel_time(back, speed, 0.1) == pytest.approx(travel_time(path, speed, 0.1))
+
+
+@given(paths)
+def test_travel_time_lies_between_the_extremes_of_speed(path: np.ndarray) -> None:
+    length = path_length(path)
+    found = travel_time(path, lambda q: np.clip(q[:, 0], 0.1, 1), 0.1)
+    assert length * (1 - 1e-9) <= found <= 10 * length * (1 + 1e-9)

@@ -1,0 +1,137 @@
+"""The certified checks: against closed forms, and against sampling 1000 times finer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import envs
+from envs.collision.continuous import path_min_clearance, segment_is_free
+from envs.collision.fcl_model import CollisionModel
+from envs.collision.shapes import Box
+from envs.robots.point import PointRobot
+
+TOLERANCE = 1e-3
+
+
+def one_box(radius: float = 0.0, tolerance: float = TOLERANCE) -> CollisionModel:
+    """A point robot and a box of side 2 at the origin."""
+    return CollisionModel(PointRobot(radius), [Box([0, 0, 0], [2, 2, 2])], tolerance)
+
+
+@pytest.mark.parametrize(
+    ("waypoints", "clearance"),
+    [
+        ([[-5, 1.5, 0], [5, 1.5, 0]], 0.5),  # past a face
+        ([[-5, 0, 5], [5, 0, 5]], 4),
+        ([[0, 4, 0], [4, 0, 0]], 2**0.5),  # across an edge: |x + y| = 4, edge at (1, 1)
+        ([[3, 0, 0], [5, 0, 0]], 2),  # away from it: the start is nearest
+        ([[5, 5, 5], [5, 5, 5]], 4 * 3**0.5),  # no motion
+        ([[-5, 3, 0], [5, 3, 0], [5, 1.25, 0], [5, -5, 0]], 2),
+        ([[-5, 3, 0], [0, 3, 0], [0, 1.25, 0], [0, 3, 0]], 0.25),  # nearest at a waypoint
+    ],
+)
+def test_least_clearance_of_a_path(waypoints: list[list[float]], clearance: float) -> None:
+    found = one_box().min_clearance(np.array(waypoints, float))
+    assert clearance <= found <= clearance + TOLERANCE
+
+
+def test_the_tolerance_is_kept_where_asked_for() -> None:
+    path = np.array([[-5, 1.3, 0.2], [5, 1.9, -0.7]])
+    exact = one_box(tolerance=1e-7).min_clearance(path)
+    for tolerance in (1e-1, 1e-2, 1e-4):
+        found = one_box(tolerance=tolerance).min_clearance(path)
+        assert exact - 1e-7 <= found <= exact + tolerance
+
+
+@pytest.mark.parametrize("gap", [-0.5, -1e-6, 0, 1e-6])
+def test_touching_is_never_free(gap: float) -> None:
+    a, b = np.array([-5, 1 + gap, 0]), np.array([5, 1 + gap, 0])
+    assert not one_box().segment_is_free(a, b)
+    assert one_box().min_clearance(np.array([a, b])) <= TOLERANCE
+
+
+@pytest.mark.parametrize("gap", [1.01e-3, 2e-3, 0.1])
+def test_more_than_the_tolerance_is_free(gap: float) -> None:
+    a, b = np.array([-5, 1 + gap, 0]), np.array([5, 1 + gap, 0])
+    assert one_box().segment_is_free(a, b)
+    assert one_box().min_clearance(np.array([a, b])) > TOLERANCE
+
+
+def test_a_thin_wall_is_not_jumped() -> None:
+    wall = CollisionModel(PointRobot(0.0), [Box([0, 0, 0], [1e-6, 20, 20])])
+    a, b = np.array([-9.0, 0.1, 0.2]), np.array([9.0, 0.3, -0.1])
+    assert not wall.segment_is_free(a, b)
+    assert wall.min_clearance(np.array([a, b])) <= TOLERANCE
+
+
+def test_a_robot_moved_by_its_bound_only() -> None:
+    """A bound above the true speed costs queries, never correctness."""
+    model = one_box()
+    a, b = np.array([-5, 1.5, 0]), np.array([5, 1.5, 0])
+    for factor in (1, 3, 10):
+        bound = 10.0 * factor
+        assert segment_is_free(model.clearance, a, b, bound, TOLERANCE)
+        found = path_min_clearance(model.clearance, np.array([a, b]), [bound], TOLERANCE)
+        assert found == pytest.approx(0.5, abs=TOLERANCE)
+
+
+def test_the_tolerance_must_be_positive() -> None:
+    for tolerance in (0, -1, np.nan, np.inf):
+        with pytest.raises(ValueError, match="tolerance"):
+            one_box(tolerance=tolerance)
+
+
+def test_never_accepts_what_finer_sampling_refutes() -> None:
+    """20,000 segments, far and near obstacles: whatever is accepted is sampled with 1000 times
+    as many configurations as the check itself asked for; what is refused comes within the
+    tolerance."""
+    env = envs.make("c3d:robot_radius=0.3")
+    model = env.collision_model()
+    accepted = refused = 0
+    for a, b in _segments(env, 20_000):
+        before = model.checks
+        free = model.segment_is_free(a, b)
+        length = float(np.linalg.norm(b - a))
+        samples = 1000 * (model.checks - before)
+        t = np.linspace(0, 1, samples)[:, None]
+        if free:
+            accepted += 1
+            # Half of it is certain from afar: sample only where the end points leave doubt.
+            if env.clearance(np.array([a, b])).min() > length:
+                continue
+            assert env.clearance(a + t * (b - a)).min() > 0
+        else:
+            refused += 1
+            reached = env.clearance(a + t[:: max(1, samples // 20_000)] * (b - a)).min()
+            assert reached <= model.tolerance + length / min(samples, 20_000)
+    assert accepted > 5000
+    assert refused > 5000
+
+
+def _segments(env: envs.Environment, n: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Half across the whole cube, half short ones close to the surface of a box."""
+    rng = np.random.default_rng(5)
+    wide = rng.uniform(env.lower, env.upper, (n // 2, 2, 3))
+    boxes = rng.choice(len(env.obstacles), n - n // 2)
+    centers = np.array([env.obstacles[i].center for i in boxes])
+    halves = np.array([env.obstacles[i].sides / 2 for i in boxes]) + env.robot.radius
+    corner = rng.choice([-1, 1], (len(boxes), 3)) * np.where(
+        rng.random((len(boxes), 3)) < 0.5, 1, rng.random((len(boxes), 3))
+    )
+    middle = centers + corner * halves + rng.normal(0, 0.05, (len(boxes), 3))
+    step = rng.normal(0, 1, (len(boxes), 3)) * 10 ** rng.uniform(-3, 0, (len(boxes), 1))
+    near = np.stack([middle - step, middle + step], axis=1)
+    return [(a, b) for a, b in np.concatenate([wide, near])]
+
+
+def test_both_checks_agree() -> None:
+    env = envs.make("c3d:robot_radius=0.3")
+    model = env.collision_model()
+    for a, b in _segments(env, 1000):
+        least = model.min_clearance(np.array([a, b]))
+        free = model.segment_is_free(a, b)
+        if free:
+            assert least > TOLERANCE / 2
+        else:
+            assert least <= 2 * TOLERANCE

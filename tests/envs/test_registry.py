@@ -1,0 +1,156 @@
+"""Specs, entries and what is said of misspelt ones."""
+
+from __future__ import annotations
+
+import logging
+from importlib.metadata import EntryPoint
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import envs
+import planners
+from envs import InputError, Registry, Spec
+from envs.registry import split_entries
+
+
+class Thing:
+    """What the registry under test holds."""
+
+    def __init__(
+        self, fixed: str, size: int = 1, ratio: float = 0.5, fast: bool = False, name: str = "x"
+    ) -> None:
+        self.values = (fixed, size, ratio, fast, name)
+
+
+class Anything:
+    def __init__(self, **parameters: Any) -> None:
+        self.parameters = parameters
+
+
+def registry() -> Registry[Thing]:
+    here = Thing.__module__
+    return Registry(
+        "thing",
+        [
+            Spec("thing", f"{here}:Thing", "a thing", {"fixed": "f"}, aliases=("th*",)),
+            Spec("other", f"{here}:Thing", "another", {"fixed": "g"}, groups=("few",)),
+            Spec("any", f"{here}:Anything", "takes anything"),
+            Spec("broken", "no.such.module:Thing", "cannot be imported"),
+        ],
+        "no.such.group",
+    )
+
+
+def test_arguments_are_typed_by_the_constructor() -> None:
+    made = registry().make("thing:size=3,ratio=1e-2,fast=true,name=a.b/c")
+    assert made.values == ("f", 3, 0.01, True, "a.b/c")
+
+
+def test_the_canonical_id_leaves_defaults_out_and_sorts() -> None:
+    entry = registry().entry("th*:size=2,ratio=0.5,fast=1,name=x")
+    assert entry.id == "thing:fast=True,size=2"
+    assert registry().entry("thing:size=1").id == "thing"
+
+
+@given(
+    size=st.integers(),
+    ratio=st.floats(allow_nan=False),
+    fast=st.booleans(),
+    name=st.text("abc./_-", min_size=1),
+)
+def test_canonical_ids_name_the_same_entry(size: int, ratio: float, fast: bool, name: str) -> None:
+    text = f"thing:size={size},ratio={ratio!r},fast={fast},name={name}"
+    entry = registry().entry(text)
+    again = registry().entry(entry.id)
+    assert again == entry
+    assert again.make().values == ("f", size, ratio, fast, name)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("thingy", "did you mean 'thing'"),
+        ("zzz", "choose from"),
+        ("thing:sice=3", "did you mean 'size'"),
+        ("thing:fixed=3", "no argument 'fixed'"),
+        ("any2", "did you mean 'any'"),
+        ("thing:size=3.5", "not a int"),
+        ("thing:ratio=nan", "not a float"),
+        ("thing:fast=maybe", "not a bool"),
+        ("thing:size", "key=value"),
+        ("thing:=3", "key=value"),
+        ("thing:size=1,size=2", "given twice"),
+        ("broken:size=1", "cannot be loaded"),
+        ("", "no thing named"),
+        (",,", "no thing named"),
+    ],
+)
+def test_mistakes_are_one_clear_line(text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        registry().entries(text)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@given(st.text(max_size=60))
+def test_any_text_is_an_entry_or_an_input_error(text: str) -> None:
+    for known in (registry(), envs.REGISTRY, planners.REGISTRY):
+        try:
+            entries = known.entries(text)
+        except InputError as error:
+            assert "\n" not in str(error).replace(repr(text), "")
+        else:
+            assert entries
+
+
+def test_commas_separate_entries_and_arguments() -> None:
+    assert split_entries("a,b:x=1,y=2,c") == ["a", "b:x=1,y=2", "c"]
+    assert split_entries("a:f=C:/d,e:g=1") == ["a:f=C:/d", "e:g=1"]
+    assert [e.id for e in registry().entries("thing:size=2,name=q,other,th*:name=q,size=2")] == [
+        "thing:name=q,size=2",
+        "other",
+    ]
+
+
+def test_groups() -> None:
+    assert [e.id for e in registry().entries("few")] == ["other"]
+    assert [e.id for e in registry().entries("all", wanted=lambda e: e.id != "thing")] == [
+        "other",
+        "any",
+        "broken",
+    ]
+
+
+def test_constructors_that_take_anything_get_text() -> None:
+    assert registry().make("any:p=1,q=two").parameters == {"p": "1", "q": "two"}
+
+
+def test_taken_and_malformed_names_are_refused() -> None:
+    for id in ("thing", "th*", "a,b", "a:b", "../x", ""):
+        with pytest.raises(InputError):
+            registry().register(Spec(id, "m:C", ""))
+
+
+def test_plugins_are_read_and_broken_ones_are_named_and_skipped(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    module = test_plugins_are_read_and_broken_ones_are_named_and_skipped.__module__
+    monkeypatch.setattr(
+        "envs.registry.entry_points",
+        lambda group: [
+            EntryPoint("good", f"{module}:PLUGIN", group),
+            EntryPoint("bad", "no.such.plugin:SPEC", group),
+            EntryPoint("odd", f"{module}:Thing", group),
+        ],
+    )
+    with caplog.at_level(logging.WARNING):
+        ids = [spec.id for spec in registry().specs()]
+    assert ids == ["thing", "other", "any", "broken", "plugged-in"]
+    assert "'bad' is skipped" in caplog.text
+    assert "'odd' is skipped" in caplog.text
+
+
+PLUGIN = Spec("plugged-in", "m:C", "from elsewhere")

@@ -1,0 +1,89 @@
+"""Fast marching against analytic solutions of the Eikonal equation."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+import pytest
+
+import envs
+import planners
+from bench.metrics import path_length, travel_time
+from envs import InputError, Problem
+from planners import Budget, Status
+from planners.grid_field import GridField
+
+
+def _solve(env: envs.Environment, problem: Problem, text: str) -> np.ndarray:
+    planner = planners.make(text)
+    planner.setup(env, seed=1)
+    result = planner.solve(problem, Budget(perf_counter() + 10))
+    assert result.status is Status.EXACT_SOLUTION
+    return np.asarray(result.path)
+
+
+def test_open_space_gives_a_straight_line_between_the_exact_ends() -> None:
+    env = envs.make("c3d:boxes=1")
+    corner = -9.0 * np.sign(env.obstacles[0].center)
+    problem = Problem(corner, corner * [1, 1, -0.5] + [0.123, 0.456, 0.0])
+    path = _solve(env, problem, "fmm:resolution=60")
+    assert (path[0] == problem.start).all()
+    assert (path[-1] == problem.goal).all()
+    straight = float(np.linalg.norm(problem.goal - problem.start))
+    assert path_length(path) == pytest.approx(straight, rel=0.01)
+
+
+def test_descent_in_a_known_field() -> None:
+    """T = |q - goal| on a grid: the gradient is a unit vector to the goal, the path straight."""
+    axes = np.linspace(-1, 1, 41)
+    x, y = np.meshgrid(axes, axes, indexing="ij")
+    goal = np.array([0.31, -0.17])
+    field = GridField(np.hypot(x - goal[0], y - goal[1]), np.full(2, -1.0), np.full(2, 0.05))
+    q = np.array([-0.8, 0.9])
+    away = (q - goal) / np.linalg.norm(q - goal)
+    assert field.gradient(q) == pytest.approx(away, abs=1e-3)
+    path = field.descend(q, goal, 0.1)
+    assert path is not None
+    assert path_length(path) == pytest.approx(np.linalg.norm(q - goal), rel=1e-3)
+
+
+def test_gradients_of_a_linear_field_are_exact_up_to_the_edge() -> None:
+    axes = [np.linspace(0, 3, 7), np.linspace(0, 1, 5), np.linspace(-1, 1, 6)]
+    x, y, z = np.meshgrid(*axes, indexing="ij")
+    field = GridField(2 * x - 3 * y + z, np.array([0, 0, -1.0]), np.array([0.5, 0.25, 0.4]))
+    corners_and_inner = np.array([[0, 0, -1], [3, 1, 1], [1.3, 0.2, 0.1], [3, 0, 0.9]], float)
+    for q in corners_and_inner:
+        assert field.gradient(q) == pytest.approx([2, -3, 1])
+
+
+def test_a_flat_field_leads_nowhere() -> None:
+    field = GridField(np.zeros((5, 5)), np.zeros(2), np.ones(2))
+    assert field.descend(np.array([1.0, 1.0]), np.array([3.0, 3.0]), 0.1) is None
+
+
+def test_it_goes_round_obstacles_and_near_the_optimal_time() -> None:
+    """A finer grid finds paths that are no slower, and its time is close to the coarser one's."""
+    env = envs.make("c3d")
+    judge = env.collision_model()
+    blocked = [
+        p for p in env.sample_problems(40, 5) if not judge.segment_is_free(p.start, p.goal)
+    ]
+    for problem in blocked[:3]:
+        coarse, fine = (_solve(env, problem, f"fmm:resolution={n}") for n in (40, 80))
+        assert judge.min_clearance(fine) > judge.tolerance
+        times = [travel_time(path, env.speed, 0.02) for path in (coarse, fine)]
+        assert times[1] <= times[0] * 1.01
+        assert times[1] >= times[0] * 0.9
+
+
+@pytest.mark.parametrize("text", ["fmm:resolution=2", "fmm:order=3", "fmm:resolution=99999"])
+def test_arguments_out_of_range(text: str) -> None:
+    with pytest.raises(InputError):
+        planners.make(text)
+
+
+def test_too_large_a_grid_is_unsupported() -> None:
+    reason = planners.make("fmm:resolution=500").unsupported(envs.make("c3d"))
+    assert reason is not None
+    assert "500^3" in reason

@@ -1,0 +1,161 @@
+"""OMPL's planners behind our contract."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from time import perf_counter
+
+import numpy as np
+import pytest
+
+import envs
+import planners
+from bench.metrics import path_length
+from envs import Environment, InputError, Problem
+from planners import Budget, PlannerResult, Status
+
+OMPL = [s.id for s in planners.REGISTRY.specs() if s.entry_point.startswith("planners.ompl:")]
+IMPROVING = ["rrtstar", "lazyprmstar", "informedrrtstar", "bitstar", "aitstar", "eitstar"]
+"""Those that expose their best cost as they go."""
+
+
+def blocked_problem(env: Environment) -> Problem:
+    """One whose straight line is not free."""
+    model = env.collision_model()
+    return next(
+        p for p in env.sample_problems(50, 2) if not model.segment_is_free(p.start, p.goal)
+    )
+
+
+def solve(env: Environment, problem: Problem, text: str, stop: float, s: float) -> PlannerResult:
+    planner = planners.make(text)
+    planner.setup(env, seed=1)
+    return planner.solve(problem, Budget(perf_counter() + s, stop))
+
+
+@pytest.mark.parametrize("name", OMPL)
+def test_paths_are_certified(name: str, c3d: Environment) -> None:
+    planner = planners.make(name)
+    planner.setup(c3d, seed=1)
+    judge = c3d.collision_model()
+    for problem in c3d.sample_problems(8, 4):
+        result = planner.solve(problem, Budget(perf_counter() + 5))
+        assert result.status is Status.EXACT_SOLUTION
+        path = np.asarray(result.path)
+        assert np.allclose(path[[0, -1]], [problem.start, problem.goal], atol=1e-6)
+        assert judge.min_clearance(path) > judge.tolerance
+        assert result.stats["collision_checks"] > 0
+
+
+@pytest.mark.parametrize("name", IMPROVING)
+def test_best_cost_falls_over_time(name: str, c3d: Environment) -> None:
+    problem = blocked_problem(c3d)
+    result = solve(c3d, problem, name, 0.0, 1.5)
+    history = np.array(result.stats["cost_history"])
+    assert len(history) >= 1
+    assert (np.diff(history[:, 0]) > 0).all()
+    assert (np.diff(history[:, 1]) < 0).all()
+    assert 0 <= history[0, 0] <= history[-1, 0] <= 1.5
+    assert history[-1, 1] == pytest.approx(path_length(np.asarray(result.path)), rel=1e-4)
+
+
+@pytest.mark.parametrize("name", ["rrtstar", "lazyprmstar", "bitstar"])
+def test_it_stops_at_the_cost_asked_for(name: str, c3d: Environment) -> None:
+    problem = blocked_problem(c3d)
+    straight = float(np.linalg.norm(problem.goal - problem.start))
+    begin = perf_counter()
+    result = solve(c3d, problem, name, 1.25 * straight, 20)
+    assert path_length(np.asarray(result.path)) <= 1.25 * straight
+    assert perf_counter() - begin < 15
+
+
+@pytest.mark.parametrize("name", ["rrtstar", "prmstar", "fmt"])
+def test_the_deadline_is_kept(name: str, c3d: Environment) -> None:
+    planner = planners.make(name)
+    planner.setup(c3d, seed=1)
+    begin = perf_counter()
+    planner.solve(blocked_problem(c3d), Budget(begin + 1, 0.0))
+    assert perf_counter() - begin < 1.5
+
+
+def test_no_way_out_is_no_solution() -> None:
+    """The goal lies inside a box."""
+    env = envs.make("c3d")
+    problem = Problem(env.sample_problems(1, 0)[0].start, env.obstacles[0].center)
+    for name in ("rrtstar", "rrtconnect", "lazyprmstar"):
+        result = solve(env, problem, name, math.inf, 0.3)
+        assert result.status is not Status.EXACT_SOLUTION
+
+
+@pytest.mark.parametrize("name", ["rrtstar", "rrtconnect", "lazyprmstar", "bitstar", "fmt"])
+def test_a_seed_gives_the_same_path(name: str, c3d: Environment) -> None:
+    problem = blocked_problem(c3d)
+    first, second = (np.asarray(solve(c3d, problem, name, math.inf, 5).path) for _ in range(2))
+    assert first.shape == second.shape
+    assert (first == second).all()
+
+
+def test_simplification_shortens_and_stays_certified(c3d: Environment) -> None:
+    problem = blocked_problem(c3d)
+    raw = np.asarray(solve(c3d, problem, "rrtconnect", math.inf, 5).path)
+    short = np.asarray(solve(c3d, problem, "rrtconnect:simplify=true", math.inf, 5).path)
+    assert path_length(short) < path_length(raw)
+    assert c3d.collision_model().min_clearance(short) > 1e-3
+
+
+@pytest.mark.parametrize("name", ["lazyprmstar", "prmstar"])
+def test_a_roadmap_is_kept_between_problems(name: str, c3d: Environment) -> None:
+    planner = planners.make(f"{name}:roadmap_s=1")
+    begin = perf_counter()
+    planner.setup(c3d, seed=1)
+    assert perf_counter() - begin > 0.8, "grown offline"
+    judge = c3d.collision_model()
+    for problem in c3d.sample_problems(10, 6):
+        result = planner.solve(problem, Budget(perf_counter() + 5))
+        assert result.status is Status.EXACT_SOLUTION
+        assert judge.min_clearance(np.asarray(result.path)) > judge.tolerance
+
+
+def test_parameters_reach_the_planner(c3d: Environment) -> None:
+    problem = blocked_problem(c3d)
+    path = np.asarray(solve(c3d, problem, "rrtconnect:range=0.5", math.inf, 5).path)
+    longest = np.linalg.norm(np.diff(path, axis=0), axis=1).max()
+    assert longest <= 0.5 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("rrtstar:goal_bais=0.1", "did you mean 'goal_bias'"),
+        ("rrtstar:simplfy=true", "did you mean 'simplify'"),
+        ("fmt:nonsense=1", "num_samples"),
+        ("rrtstar:range=wide", "refuses range=wide"),
+        ("rrtstar:roadmap_s=1", "keeps no roadmap"),
+        ("prmstar:roadmap_s=-1", "at least 0"),
+        ("prmstar:roadmap_s=inf", "finite"),
+    ],
+)
+def test_misspelt_parameters_are_errors(text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        planners.make(text)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_processes_that_used_ompl_exit_with_0() -> None:
+    code = (
+        "import math, time, envs, planners\n"
+        "env = envs.make('c3d')\n"
+        "[problem] = env.sample_problems(1, 0)\n"
+        "for spec in planners.REGISTRY.specs():\n"
+        "    planner = spec.load()(**spec.arguments)\n"
+        "    planner.setup(env, seed=1)\n"
+        "    planner.solve(problem, planners.Budget(time.perf_counter() + 1))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
