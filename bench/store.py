@@ -43,13 +43,28 @@ class Store:
         self._file = folder / FILE
         if not create and not self._file.is_file():
             raise InputError(f"{folder} holds no {FILE}; name a folder that `bench run` wrote")
+        self._lock = threading.Lock()
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            if self._file.is_file() and self._file.stat().st_size:
+                self._check_magic()
             self._connection = sqlite3.connect(self._file, check_same_thread=False, timeout=30)
-            self._open()
         except (OSError, sqlite3.Error) as error:
             raise InputError(f"cannot use {self._file} as a store: {error}") from error
-        self._lock = threading.Lock()
+        try:
+            self._open()
+        except sqlite3.Error as error:
+            self._connection.close()
+            raise InputError(f"cannot use {self._file} as a store: {error}") from error
+        except InputError:
+            self._connection.close()
+            raise
+
+    def _check_magic(self) -> None:
+        """SQLite itself would take a file of a few bytes for an empty database."""
+        with self._file.open("rb") as file:
+            if not file.read(16).startswith(b"SQLite format 3\0"):
+                raise InputError(f"cannot use {self._file} as a store: it is another kind of file")
 
     def _open(self) -> None:
         [application] = self._connection.execute("PRAGMA application_id").fetchone()

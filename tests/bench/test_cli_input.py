@@ -1,0 +1,177 @@
+"""Wrong input through the command line: one clear line, exit code 2, nothing written."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import Cli
+
+
+def run(*more: object) -> tuple[object, ...]:
+    return ("run", "--env", "c3d", "--planners", "rrtconnect", "--problems", 1, *more)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("run", "--env", "c3dd", "--planners", "fmn"), "did you mean 'c3d'?"),
+        (("run", "--env", "c3d", "--planners", "fmn"), "'fmm'"),
+        (("run", "--env", "c3d", "--planners", "papr"), "did you mean 'paper'"),
+        (("run", "--env", "c3d:scen=1", "--planners", "fmm"), "did you mean 'scene'?"),
+        (("run", "--env", "c3d:scene=x", "--planners", "fmm"), "not a int"),
+        (("run", "--env", "c3d", "--planners", "rrtstar:goal_bais=0.1"), "'goal_bias'"),
+        (("run", "--env", "c3d", "--planners", "fmm:resolution=0"), "resolution"),
+        (("run", "--planners", "fmm"), "--env"),
+        (("run", "--env", ""), "no environment named"),
+        (run("--problms", 3), "--problms"),
+        (run("--prob", 3), "--prob"),
+        (run("--problems", 0), "--problems must be between"),
+        (run("--problems", "many"), "invalid int value"),
+        (run("--seed", -1), "--seed must be between"),
+        (run("--time-limit", 0), "--time-limit must be between"),
+        (run("--time-limit", "nan"), "--time-limit must be between"),
+        (run("--time-limit", "inf"), "--time-limit must be between"),
+        (run("--memory-limit", 1), "--memory-limit must be between"),
+        (run("--jobs", 0), "physical cores"),
+        (run("--jobs", 1000), "physical cores"),
+        (run("--stop", "soon"), "first, limit or match"),
+        (run("--stop", "first:1"), "first, limit or match"),
+        (run("--stop", "match"), "first, limit or match"),
+        (run("--stop", "match:fmn"), "'fmm'"),
+        (run("--stop", "match:fmm:-1"), "tolerance"),
+        (run("--stop", "match:fmm:nan"), "tolerance"),
+        (("list", "nothing"), "invalid choice"),
+        (("lst",), "invalid choice"),
+        ((), "COMMAND"),
+        (("show", "--env", "c3d"), "--out"),
+    ],
+)
+def test_mistakes(
+    arguments: tuple[object, ...],
+    said: str,
+    bench: Cli,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, out, err = bench(*arguments)
+    assert code == 2
+    assert out == ""
+    assert said in err
+    assert err.startswith("bench: error: ")
+    assert err.count("\n") == 1, "one line"
+    assert not list(tmp_path.iterdir()), "nothing is written"
+
+
+def test_the_installed_command_exits_with_2() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "bench", "run", "--env", "c3dd", "--planners", "fmn"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "bench: error: unknown environment 'c3dd'; did you mean 'c3d'?\n"
+
+
+def test_a_store_that_is_not_ours_is_left_alone(bench: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "run.sqlite"
+    with sqlite3.connect(file) as other:
+        other.execute("CREATE TABLE precious (x)")
+    other.close()
+    before = file.read_bytes()
+    for what in (run("--out", tmp_path), ("report", tmp_path)):
+        code, _, err = bench(*what)
+        assert code == 2
+        assert "not a store of this program" in err
+    assert file.read_bytes() == before
+
+
+def test_a_store_of_another_version_is_left_alone(bench: Cli, tmp_path: Path) -> None:
+    assert bench(*run("--stop", "first", "--out", tmp_path))[0] == 0
+    with sqlite3.connect(tmp_path / "run.sqlite") as store:
+        store.execute("PRAGMA user_version = 99")
+    store.close()
+    code, _, err = bench(*run("--out", tmp_path))
+    assert code == 2
+    assert "version 99" in err
+
+
+@pytest.mark.parametrize("content", [b"not a database at all" * 50, b"x"])
+def test_a_file_that_is_no_database(bench: Cli, tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "run.sqlite").write_bytes(content)
+    code, _, err = bench(*run("--out", tmp_path))
+    assert code == 2
+    assert "cannot use" in err
+    assert (tmp_path / "run.sqlite").read_bytes() == content
+
+
+def test_out_is_a_file(bench: Cli, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("precious")
+    code, _, err = bench(*run("--out", tmp_path / "file"))
+    assert code == 2
+    assert "cannot use" in err
+    assert (tmp_path / "file").read_text() == "precious"
+
+
+def test_reports_and_pictures_of_nothing(bench: Cli, tmp_path: Path) -> None:
+    for what in (
+        ("report", tmp_path),
+        ("report", tmp_path / "missing"),
+        ("show", "--env", "c3d", "--paths", tmp_path, "--out", tmp_path / "f.png"),
+    ):
+        code, _, err = bench(*what)
+        assert code == 2
+        assert "holds no run.sqlite" in err
+    code, _, err = bench("show", "--env", "c3d", "--out", tmp_path / "no" / "such" / "f.png")
+    assert code == 2
+    assert "cannot write" in err
+    code, _, err = bench("show", "--env", "c3d", "--out", tmp_path / "f.docx")
+    assert code == 2
+    assert "cannot write" in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_unknown_formats_and_problems(bench: Cli, tmp_path: Path) -> None:
+    assert bench(*run("--stop", "first", "--out", tmp_path))[0] == 0
+    code, _, err = bench("report", tmp_path, "--format", "pdf")
+    assert code == 2
+    assert "choose from md, csv" in err
+    picture = ("--out", tmp_path / "f.png")
+    code, _, err = bench("show", "--env", "c3d", "--paths", tmp_path, "--problem", 77, *picture)
+    assert code == 2
+    assert "no path" in err
+    code, _, err = bench("show", "--env", "c3d:scene=5", "--paths", tmp_path, *picture)
+    assert code == 2
+    assert "no path" in err
+
+
+def test_list(bench: Cli) -> None:
+    code, out, _ = bench("list", "--json")
+    assert code == 0
+    listed = json.loads(out)
+    assert set(listed) == {"planners", "envs"}
+    assert [entry["id"] for entry in listed["envs"]][0] == "c3d"
+    ids = [entry["id"] for entry in listed["planners"]]
+    assert {"fmm", "rrtstar", "lazyprmstar", "rrtconnect", "prmstar", "informedrrtstar"} <= set(ids)
+    assert {"bitstar", "aitstar", "eitstar", "fmt"} <= set(ids)
+    for entry in [*listed["envs"], *listed["planners"]]:
+        assert entry["description"]
+        assert "\n" not in entry["description"]
+    code, out, _ = bench("list", "planners")
+    assert "fmm" in out
+    assert "c3d" not in out
+
+
+def test_help_names_every_command(bench: Cli, capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        bench("--help")
+    assert ended.value.code == 0
+    out = capfd.readouterr().out
+    for command in ("run", "report", "show", "list"):
+        assert command in out

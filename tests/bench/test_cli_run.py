@@ -1,0 +1,284 @@
+"""`bench run` from end to end: files, resuming, stop rules, interruption."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import Cli
+
+from bench.record import decode_path
+from bench.report.files import selected_records
+from bench.store import Store
+
+PLANNERS = "fmm:resolution=40,rrtconnect,rrtstar"
+
+
+def records_of(folder: Path) -> pd.DataFrame:
+    with Store(folder, create=False) as store:
+        return selected_records(store, store.selection())
+
+
+def small_run(folder: Path, *more: object) -> list[object]:
+    return [
+        *("run", "--env", "c3d", "--planners", PLANNERS, "--problems", 12, "--seed", 5),
+        *("--stop", "match:fmm:resolution=40", "--out", folder, *more),
+    ]
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a small run of three planners, made through the command itself."""
+    folder = tmp_path_factory.mktemp("run")
+    command = [sys.executable, "-m", "bench", *map(str, small_run(folder))]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == (folder / "summary.md").read_text() + "\n"
+    return folder
+
+
+def test_the_four_files(finished: Path) -> None:
+    names = {path.name for path in finished.iterdir()}
+    assert names == {"run.sqlite", "summary.csv", "summary.md", "manifest.json"}
+
+
+def test_the_summary_has_its_columns_and_means_what_it_says(finished: Path) -> None:
+    summary = pd.read_csv(finished / "summary.csv")
+    wanted = (
+        "env, planner, problems, solved, success_rate, success_low, success_high, time_s_mean, "
+        "time_s_std, time_s_median, length_mean, length_std, safety_margin_mean, "
+        "safety_margin_std, setup_s, train_s, status_counts"
+    ).split(", ")
+    assert set(wanted) <= set(summary.columns)
+    assert summary["planner"].tolist() == ["fmm:resolution=40", "rrtconnect", "rrtstar"]
+    assert (summary["env"] == "c3d").all()
+    assert (summary["problems"] == 12).all()
+    records = records_of(finished)
+    for row in summary.itertuples():
+        own = records[records["planner"] == row.planner]
+        valid = own[own["verdict"] == "VALID"]
+        assert row.solved == len(valid)
+        assert row.success_rate == pytest.approx(len(valid) / 12)
+        assert row.success_low <= row.success_rate <= row.success_high
+        assert row.time_s_mean == pytest.approx(valid["solve_s"].mean())
+        assert row.length_std == pytest.approx(valid["length"].std())
+        assert row.safety_margin_mean == pytest.approx(valid["safety_margin"].mean())
+        assert json.loads(row.status_counts)["VALID"] == len(valid)
+
+
+def test_every_attempt_left_a_row_with_its_path(finished: Path) -> None:
+    records = records_of(finished)
+    assert len(records) == 36
+    assert records.groupby("planner")["problem"].apply(list).map(sorted).tolist() == [
+        list(range(12))
+    ] * 3
+    for row in records.itertuples():
+        path = decode_path(row.path)
+        assert path.shape == (row.waypoints, 3)
+        assert np.linalg.norm(np.diff(path, axis=0), axis=1).sum() == pytest.approx(row.length)
+        assert row.peak_memory_mb > 10
+        assert row.setup_s > 0
+        assert row.travel_time >= row.length - 1e-9
+    sampling = records[records["planner"] != "fmm:resolution=40"]
+    assert (sampling["collision_checks"] > 0).all()
+
+
+def test_planners_that_improve_match_the_reference(finished: Path) -> None:
+    records = records_of(finished).set_index(["planner", "problem"])["length"]
+    reference = records["fmm:resolution=40"]
+    assert (records["rrtstar"] <= 1.05 * reference + 1e-9).all()
+
+
+def test_the_manifest_names_what_was_run_where(finished: Path) -> None:
+    manifest = json.loads((finished / "manifest.json").read_text())
+    assert manifest["planners"] == PLANNERS.split(",")
+    assert manifest["seed"] == 5
+    assert manifest["settings"]["stop"] == "match:fmm:resolution=40:0.05"
+    assert manifest["envs"][0]["id"] == "c3d"
+    [session] = manifest["sessions"]
+    assert session["attempts"] == 36
+    assert session["versions"]["ompl"] == "1.7.0"
+    assert session["machine"]["physical_cores"] >= 1
+    assert 0 < manifest["overhead_share"] < 1
+    spent = session["setup_s"] + session["solve_s"]
+    assert manifest["overhead_share"] == pytest.approx(1 - spent / session["wall_s"], abs=1e-3)
+
+
+def test_a_second_call_measures_nothing_and_prints_the_same(finished: Path, bench: Cli) -> None:
+    before = (finished / "summary.csv").read_bytes(), records_of(finished)
+    manifest = (finished / "manifest.json").read_bytes()
+    code, out, _ = bench(*small_run(finished))
+    assert code == 0
+    assert out == (finished / "summary.md").read_text() + "\n"
+    assert (finished / "summary.csv").read_bytes() == before[0]
+    assert (finished / "manifest.json").read_bytes() == manifest
+    pd.testing.assert_frame_equal(records_of(finished), before[1])
+
+
+def test_report_repeats_the_table_elsewhere(finished: Path, bench: Cli, tmp_path: Path) -> None:
+    code, out, _ = bench("report", finished, "--format", "csv", "--out", tmp_path)
+    assert code == 0
+    assert "rrtstar" in out
+    assert [p.name for p in tmp_path.iterdir()] == ["summary.csv"]
+    assert (tmp_path / "summary.csv").read_bytes() == (finished / "summary.csv").read_bytes()
+
+
+def test_show_draws_the_scene_and_the_paths(finished: Path, bench: Cli, tmp_path: Path) -> None:
+    for name, more in (("plain", ()), ("paths", ("--paths", finished))):
+        file = tmp_path / f"{name}.png"
+        assert bench("show", "--env", "c3d", *more, "--out", file)[0] == 0
+        assert file.read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "paths.png").stat().st_size != (tmp_path / "plain.png").stat().st_size
+
+
+def test_more_problems_only_add_to_what_is_there(
+    bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counted = tmp_path / "count"
+    monkeypatch.setenv("COUNT_FILE", str(counted))
+    out = tmp_path / "out"
+    run = ("run", "--env", "c3d", "--planners", "counts", "--stop", "first", "--out", out)
+
+    def asked() -> list[int]:
+        lines = counted.read_text().split("\n")[:-1]
+        counted.write_text("")
+        return [int(line.split()[0]) for line in lines[1:]]  # the first one is the warm-up
+
+    assert bench(*run, "--problems", 3)[0] == 0
+    assert asked() == [0, 1, 2]
+    assert bench(*run, "--problems", 13)[0] == 0
+    assert asked() == list(range(3, 13))
+    assert bench(*run, "--problems", 13)[0] == 0
+    assert counted.read_text() == ""
+    assert bench(*run, "--problems", 2, "--force")[0] == 0
+    assert asked() == [0, 1]
+    assert bench(*run, "--problems", 2, "--seed", 9)[0] == 0
+    assert asked() == [0, 1], "another seed has other problems"
+    assert bench(*run, "--problems", 2, "--time-limit", 3)[0] == 0
+    assert asked() == [0, 1], "another time limit is another measurement"
+
+
+@pytest.mark.parametrize(
+    ("rule", "costs"),
+    [("first", {np.inf}), ("limit", {0.0}), ("match:raises", {0.0})],
+)
+def test_stop_rules_reach_the_planner(
+    rule: str,
+    costs: set[float],
+    bench: Cli,
+    faulty: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    counted = tmp_path / "count"
+    monkeypatch.setenv("COUNT_FILE", str(counted))
+    run = ("run", "--env", "c3d", "--planners", "counts", "--problems", 2, "--stop", rule)
+    assert bench(*run, "--out", tmp_path / "out")[0] == 0
+    warm_up, *asked = counted.read_text().split("\n")[:-1]
+    assert float(warm_up.split()[1]) == np.inf
+    assert {float(line.split()[1]) for line in asked} == costs
+
+
+def test_matching_uses_the_judged_length(
+    bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counted = tmp_path / "count"
+    monkeypatch.setenv("COUNT_FILE", str(counted))
+    out = tmp_path / "out"
+    run = ("run", "--env", "c3d", "--planners", "counts", "--problems", 6, "--out", out)
+    assert bench(*run, "--stop", "match:straight:0.5")[0] == 0
+    records = records_of(out)
+    reference = records[records["planner"] == "straight"].set_index("problem")
+    assert {"VALID", "COLLISION"} == set(reference["outcome"])
+    for line in counted.read_text().split("\n")[1:-1]:
+        index, cost = line.split()
+        row = reference.loc[int(index)]
+        wanted = 1.5 * row["length"] if row["outcome"] == "VALID" else 0.0
+        assert float(cost) == pytest.approx(wanted)
+
+
+def test_two_at_a_time_give_the_same_problems_and_verdicts(bench: Cli, tmp_path: Path) -> None:
+    run = ("run", "--env", "c3d,c3d:scene=1", "--planners", "rrtconnect,bitstar", "--problems", 11)
+    tables = []
+    for jobs in (1, 2):
+        code, _, err = bench(*run, "--stop", "first", "--jobs", jobs, "--out", tmp_path / str(jobs))
+        if code == 2 and "physical cores" in err:
+            pytest.skip("this machine has one core")
+        assert code == 0
+        records = records_of(tmp_path / str(jobs))
+        assert len(records) == 44
+        tables.append(records[["env", "planner", "problem", "seed", "outcome", "length"]])
+    pd.testing.assert_frame_equal(*tables)
+
+
+def test_nothing_measured_is_exit_3(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
+    run = ("run", "--env", "c3d", "--planners", "unsupporting", "--problems", 1, "--stop", "first")
+    code, out, _ = bench(*run, "--out", tmp_path)
+    assert code == 3
+    assert "UNSUPPORTED 1" in out
+
+
+def test_all_leaves_out_what_supports_nothing(
+    bench: Cli, faulty: list[str], tmp_path: Path
+) -> None:
+    import planners
+    from bench.suite import make_suite
+
+    suite, _ = make_suite(
+        env="c3d",
+        planner="all",
+        problems=1,
+        seed=0,
+        time_limit_s=1,
+        stop="first",
+        jobs=1,
+        memory_limit_mb=1000,
+    )
+    ids = {entry.id for entry in suite.planners}
+    assert "unsupporting" not in ids
+    assert ids == {spec.id for spec in planners.REGISTRY.specs()} - {"unsupporting"}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_keeps_what_was_done_and_goes_on(
+    number: int, tmp_path: Path, bench: Cli
+) -> None:
+    run = [
+        *("run", "--env", "c3d", "--planners", "rrtstar", "--problems", "8", "--stop", "limit"),
+        *("--time-limit", "0.7", "--out", str(tmp_path)),
+    ]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "bench", *run], stderr=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    deadline = time.monotonic() + 60
+    while _rows(tmp_path) < 2 and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(number)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130, err
+    assert b"kept" in err
+    assert b"Traceback" not in err
+    kept = records_of(tmp_path)
+    assert 2 <= len(kept) < 8
+    assert (tmp_path / "summary.csv").exists()
+    assert bench(*run)[0] == 0
+    whole = records_of(tmp_path)
+    assert len(whole) == 8
+    pd.testing.assert_frame_equal(whole.head(len(kept)), kept)
+
+
+def _rows(folder: Path) -> int:
+    if not (folder / "run.sqlite").exists():
+        return 0
+    with Store(folder) as store:
+        try:
+            return len(selected_records(store, store.selection()))
+        except ValueError:
+            return 0

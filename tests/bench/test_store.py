@@ -1,0 +1,116 @@
+"""The store and the words of a record."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+
+from bench.record import KEY, Record, decode_path, encode_path, outcome
+from bench.store import Store
+from envs import InputError
+
+PATH = np.array([[0.0, 1], [2, 3], [4, 5]])
+
+RECORD = Record(
+    run_id="r",
+    env="c3d",
+    env_fingerprint="f",
+    planner="p",
+    planner_version=1,
+    problem=0,
+    problems_seed=7,
+    settings="s",
+    seed=123,
+    status="EXACT_SOLUTION",
+    verdict="VALID",
+    outcome="VALID",
+    solved=1,
+    setup_s=0.1,
+    train_s=0.0,
+    solve_s=0.2,
+    length=3.0,
+    safety_margin=0.5,
+    travel_time=4.0,
+    smoothness=0.0,
+    waypoints=3,
+    collision_checks=9,
+    peak_memory_mb=100.0,
+    warm=1,
+    measured_at="now",
+    error="",
+    stats="{}",
+    path=encode_path(PATH),
+)
+
+
+def test_what_is_put_is_found(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+        store.put(RECORD)
+    with Store(tmp_path, create=False) as store:
+        [row] = store.records("f", 7, "s").to_dict("records")
+    assert row == {**vars(RECORD)}
+    assert (decode_path(row["path"]) == PATH).all()
+
+
+@pytest.mark.parametrize("column", KEY)
+def test_the_key_tells_attempts_apart(tmp_path: Path, column: str) -> None:
+    other = replace(RECORD, **{column: 99 if isinstance(getattr(RECORD, column), int) else "q"})
+    with Store(tmp_path) as store:
+        store.put(RECORD)
+        store.put(replace(RECORD, length=9.0))
+        store.put(other)
+        rows = [
+            len(store.records(r.env_fingerprint, r.problems_seed, r.settings))
+            for r in {(RECORD.env_fingerprint, RECORD.settings): RECORD, 1: other}.values()
+        ]
+        assert store.records("f", 7, "s")["length"].tolist()[0] == 9.0, "put again: replaced"
+    assert rows in ([1, 1], [2, 2])
+
+
+def test_threads_may_put_at_once(tmp_path: Path) -> None:
+    with Store(tmp_path) as store:
+
+        def put(begin: int) -> None:
+            for problem in range(begin, begin + 50):
+                store.put(replace(RECORD, problem=problem))
+
+        threads = [threading.Thread(target=put, args=(50 * i,)) for i in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert store.records("f", 7, "s")["problem"].tolist() == list(range(200))
+
+
+def test_a_store_without_a_run_says_so(tmp_path: Path) -> None:
+    with Store(tmp_path) as store, pytest.raises(InputError, match="no run yet"):
+        store.selection()
+
+
+@given(arrays(float, array_shapes(min_dims=2, max_dims=2, min_side=0, max_side=8)))
+def test_paths_survive_encoding(path: np.ndarray) -> None:
+    data = encode_path(path)
+    assert data is not None
+    assert np.array_equal(decode_path(data), path, equal_nan=True)
+
+
+def test_what_is_no_path_is_not_encoded() -> None:
+    assert encode_path(None) is None
+    assert encode_path(np.zeros(3)) is None
+
+
+@given(st.floats(0, 10), st.floats(0.1, 10))
+def test_success_needs_claim_verdict_and_time(solve_s: float, limit: float) -> None:
+    in_time = solve_s <= limit
+    assert outcome("EXACT_SOLUTION", "VALID", solve_s, limit) == ("VALID" if in_time else "LATE")
+    assert outcome("EXACT_SOLUTION", "COLLISION", solve_s, limit) == "COLLISION"
+    assert outcome("APPROXIMATE_SOLUTION", "VALID", solve_s, limit) == "APPROXIMATE_SOLUTION"
+    assert outcome("KILLED", "", solve_s, limit) == "KILLED"
+    assert outcome("EXACT_SOLUTION", "", solve_s, limit) == "MALFORMED"

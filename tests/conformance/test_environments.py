@@ -1,0 +1,74 @@
+"""What every registered environment must keep to."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import envs
+from envs import Environment
+
+IDS = [spec.id for spec in envs.REGISTRY.specs()]
+
+
+@pytest.fixture(params=IDS, scope="module")
+def env(request: pytest.FixtureRequest) -> Iterator[Environment]:
+    yield envs.make(request.param)
+
+
+def test_bounds_are_a_box(env: Environment) -> None:
+    assert env.lower.shape == env.upper.shape == (env.dimension,)
+    assert (env.lower < env.upper).all()
+    assert env.contains(np.array([env.lower, env.upper, (env.lower + env.upper) / 2])).all()
+    assert not env.contains(np.array([env.upper + 1e-3])).any()
+
+
+def test_batches_and_single_configurations_agree(env: Environment) -> None:
+    q = np.random.default_rng(0).uniform(env.lower, env.upper, (200, env.dimension))
+    whole = env.clearance(q)
+    assert whole.shape == (200,)
+    assert [env.clearance(one[None])[0] for one in q] == pytest.approx(whole)
+    assert env.speed(q) == pytest.approx(env.speed_model(whole))
+    assert (env.speed(q) > 0).all()
+
+
+def test_clearance_and_fcl_agree_on_collision(env: Environment) -> None:
+    q = np.random.default_rng(1).uniform(env.lower, env.upper, (500, env.dimension))
+    model = env.collision_model()
+    valid = np.array([model.is_valid(one) for one in q])
+    assert (valid == (env.clearance(q) > 0)).all()
+    assert 0 < valid.mean() < 1
+
+
+def test_clearance_changes_no_faster_than_the_motion_bound(env: Environment) -> None:
+    rng = np.random.default_rng(2)
+    a = rng.uniform(env.lower, env.upper, (500, env.dimension))
+    b = np.clip(a + rng.normal(0, 0.1, a.shape), env.lower, env.upper)
+    change = np.abs(env.clearance(b) - env.clearance(a))
+    bounds = np.array([env.robot.motion_bound(x, y) for x, y in zip(a, b, strict=True)])
+    assert (change <= bounds + 1e-9).all()
+    assert (bounds <= env.robot.rate_bound * np.linalg.norm(b - a, axis=1) + 1e-9).all()
+
+
+def test_problems_are_repeatable_and_their_ends_free(env: Environment) -> None:
+    first, second = env.sample_problems(20, 1), env.sample_problems(25, 1)
+    model = env.collision_model()
+    for index, (a, b) in enumerate(zip(first, second, strict=False)):
+        assert a.index == index
+        assert a.seed == b.seed > 0
+        assert (a.start == b.start).all()
+        assert (a.goal == b.goal).all()
+        assert model.is_valid(a.start)
+        assert model.is_valid(a.goal)
+        assert env.contains(np.array([a.start, a.goal])).all()
+    assert len({tuple(p.start) for p in second + env.sample_problems(25, 2)}) == 50
+
+
+def test_the_fingerprint_is_that_of_the_definition(env: Environment) -> None:
+    again = type(env)()
+    assert again.fingerprint == env.fingerprint
+    assert len(env.fingerprint) == 16
+    json.dumps(env.definition(), allow_nan=False)

@@ -1,0 +1,51 @@
+"""What every registered planner must keep to, in an environment it supports."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+import pytest
+
+import planners
+from bench.judge import Judge
+from bench.record import Verdict
+from envs import Environment
+from planners import Budget, Planner, PlannerResult, Status
+
+IDS = [spec.id for spec in planners.REGISTRY.specs()]
+
+
+@pytest.fixture(params=IDS, scope="module")
+def planner(request: pytest.FixtureRequest, c3d: Environment) -> Planner:
+    made = planners.make(request.param)
+    reason = made.unsupported(c3d)
+    if reason is not None:
+        pytest.skip(reason)
+    made.setup(c3d, seed=1)
+    return made
+
+
+def test_it_solves_what_it_claims_to_solve(planner: Planner, c3d: Environment) -> None:
+    judge = Judge(c3d)
+    for problem in c3d.sample_problems(3, 8):
+        begin = perf_counter()
+        result = planner.solve(problem, Budget(begin + 5))
+        assert perf_counter() - begin <= 5
+        assert isinstance(result, PlannerResult)
+        assert result.status is Status.EXACT_SOLUTION
+        judged = judge(problem, np.asarray(result.path))
+        assert judged.verdict is Verdict.VALID, judged.reason
+
+
+def test_it_costs_nothing_offline_that_it_does_not_report(planner: Planner) -> None:
+    assert planner.train_s >= 0
+
+
+def test_the_spec_describes_it() -> None:
+    for spec in planners.REGISTRY.specs():
+        assert issubclass(spec.load(), Planner)
+        assert spec.description[0].islower() or spec.description.startswith("OMPL")
+        assert len(spec.description) < 100
+    paper = [spec.id for spec in planners.REGISTRY.group("paper")]
+    assert paper == ["fmm", "rrtstar", "lazyprmstar"]
