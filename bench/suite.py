@@ -33,7 +33,7 @@ class StopRule:
 
     @staticmethod
     def parse(text: str) -> StopRule:
-        """"first", "limit" or "match:PLANNER[:TOLERANCE]".
+        """ "first", "limit" or "match:PLANNER[:TOLERANCE]".
 
         Raises:
             InputError: it is none of them.
@@ -70,7 +70,7 @@ class StopRule:
 
 @dataclass(frozen=True)
 class Suite:
-    """A run as it was asked for. 
+    """A run as it was asked for.
 
     Attributes:
         problems: the number of problems in each environment.

@@ -1,7 +1,7 @@
 """Errors a user can cause and mend.
 
-    InputError                  one clear line: what was wrong, what to do; the CLI exits with 2
-    └── UnknownNameError        a name no registry knows; suggests the nearest
+InputError                  one clear line: what was wrong, what to do; the CLI exits with 2
+└── UnknownNameError        a name no registry knows; suggests the nearest
 """
 
 from __future__ import annotations

@@ -33,7 +33,8 @@ class GridComponents:
         axes = [np.linspace(lo, hi, nodes) for lo, hi in zip(lower, upper, strict=True)]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
         free = clearance(points) > self._spacing.max() / 2
-        self._labels, _ = ndimage.label(free.reshape((nodes,) * len(axes)))
+        labels, _ = ndimage.label(free.reshape((nodes,) * len(axes)))
+        self._labels = labels.astype(np.int64)
 
     def label(self, q: Array) -> NDArray[np.int64]:
         """Component numbers (n,) of configurations (n, d), that of the nearest node.
@@ -42,4 +43,5 @@ class GridComponents:
         node is joined to it by a free straight line.
         """
         nearest = np.rint((q - self._lower) / self._spacing).astype(int)
-        return self._labels[tuple(np.clip(nearest, 0, self._last).T)].astype(np.int64)
+        labels: NDArray[np.int64] = self._labels[tuple(np.clip(nearest, 0, self._last).T)]
+        return labels

@@ -12,7 +12,7 @@ import logging
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar, get_type_hints
 
 from envs.errors import InputError, UnknownNameError, suggestion
@@ -60,7 +60,7 @@ class Entry(Generic[T]):
 
     @property
     def id(self) -> str:
-        """The canonical id: the spec's, with the arguments that differ from the defaults, sorted."""
+        """The canonical id: with the arguments that differ from their defaults, sorted."""
         if not self.arguments:
             return self.spec.id
         return f"{self.spec.id}:" + ",".join(f"{k}={v}" for k, v in sorted(self.arguments.items()))
@@ -174,13 +174,16 @@ class Registry(Generic[T]):
             return
         self._plugins_read = True
         for point in entry_points(group=self._group):
-            try:
-                spec = point.load()
-                if not isinstance(spec, Spec):
-                    raise TypeError(f"{point.value} is a {type(spec).__name__}, not a Spec")
-                self.register(spec)
-            except Exception as error:  # a stranger's package may fail in any way
-                logger.warning("%s plug-in %r is skipped: %s", self.kind, point.name, error)
+            self._register_plugin(point)
+
+    def _register_plugin(self, point: EntryPoint) -> None:
+        try:
+            spec = point.load()
+            if not isinstance(spec, Spec):
+                raise TypeError(f"{point.value} is a {type(spec).__name__}, not a Spec")
+            self.register(spec)
+        except Exception as error:  # noqa: BLE001  a stranger's package may fail in any way
+            logger.warning("%s plug-in %r is skipped: %s", self.kind, point.name, error)
 
 
 def split_entries(text: str) -> list[str]:

@@ -1,6 +1,7 @@
 """How a path is found: planners behind one contract."""
 
-from envs import Registry, Spec
+from envs import Spec
+from envs.registry import Registry
 from planners.base import Budget, Planner, PlannerResult, Status
 
 __all__ = ["Budget", "Planner", "PlannerResult", "Status", "REGISTRY", "make"]

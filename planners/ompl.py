@@ -198,8 +198,9 @@ class _Progress:
     def begin(self, planner: Any) -> None:
         """Starts a new history of [seconds, path length] for `planner`."""
         properties = planner.getPlannerProgressProperties()
-        named = (name for name in properties.keys() if name.startswith("best cost"))
-        best = next(named, None)
+        # Not a mapping to Python: iterating it gives entries, not names.
+        names = list(properties.keys())
+        best = next((name for name in names if name.startswith("best cost")), None)
         self._cost = properties[best] if best else None
         self.history = []
         self._begin = perf_counter()

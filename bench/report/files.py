@@ -17,17 +17,16 @@ FORMATS = ("md", "csv")
 
 def selected_records(store: Store, selection: dict[str, Any]) -> pd.DataFrame:
     """The records of what was asked for last."""
-    frames = [
-        store.records(env["fingerprint"], selection["seed"], selection["settings_digest"])
-        for env in selection["envs"]
-    ]
-    rows = pd.concat(frames, ignore_index=True)
+    fingerprints = [env["fingerprint"] for env in selection["envs"]]
+    rows = store.records(fingerprints, selection["seed"], selection["settings_digest"])
     wanted = rows["planner"].isin(selection["planners"]) & (rows["problem"] < selection["problems"])
-    rank = {planner: place for place, planner in enumerate(selection["planners"])}
-    chosen = rows[wanted]
-    return chosen.sort_values(
-        "planner", key=lambda names: names.map(rank), kind="stable"
-    ).reset_index(drop=True)
+    ranked = rows[wanted].assign(
+        env_rank=rows["env_fingerprint"].map(fingerprints.index),
+        planner_rank=rows["planner"].map({p: i for i, p in enumerate(selection["planners"])}),
+    )
+    ordered = ranked.sort_values(["env_rank", "planner_rank", "problem"], ignore_index=True)
+    chosen: pd.DataFrame = ordered.drop(columns=["env_rank", "planner_rank"])
+    return chosen
 
 
 def write(

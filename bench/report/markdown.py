@@ -66,9 +66,7 @@ def _markdown(rows: list[dict[str, Any]]) -> str:
     if not rows:
         return "(none)"
     aligned = ["right" if key in ("problems", "n", "offline s") else "left" for key in rows[0]]
-    text: str = pd.DataFrame(rows).to_markdown(
-        index=False, colalign=aligned, disable_numparse=True
-    )
+    text: str = pd.DataFrame(rows).to_markdown(index=False, colalign=aligned, disable_numparse=True)
     return text
 
 

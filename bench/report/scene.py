@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import trimesh
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from bench.record import Verdict, decode_path
@@ -28,6 +29,9 @@ COLOURS = {
 """The paper's; other planners take the rest of the colour cycle."""
 
 _OTHER_COLOURS = ("tab:red", "tab:pink", "tab:brown", "tab:olive", "black", "tab:gray")
+
+
+_GREY = (0.62, 0.63, 0.68)
 
 
 @dataclass(frozen=True)
@@ -71,12 +75,15 @@ def draw(env: Environment, shown: Shown | None, file: Path) -> None:
         for box in env.obstacles:
             surface = trimesh.creation.box(box.sides)
             faces = surface.vertices[surface.faces] + box.center
-            axes.add_collection3d(
-                Poly3DCollection(faces, facecolor=(0.6, 0.6, 0.65, 0.25), edgecolor="none")
+            solid = Poly3DCollection(
+                faces, facecolors=[_GREY] * len(faces), alpha=0.45, shade=True, linewidths=0
             )
+            axes.add_collection3d(solid)
         for axis, low, high in zip("xyz", env.lower, env.upper, strict=True):
             getattr(axes, f"set_{axis}lim")(low, high)
+            getattr(axes, f"{axis}axis").set_major_locator(MaxNLocator(5))
         axes.set_box_aspect(env.upper - env.lower)
+        axes.view_init(elev=24, azim=-62)
         if shown is not None:
             _draw_paths(axes, shown)
         try:

@@ -48,8 +48,13 @@ def summarise(records: pd.DataFrame, order: Sequence[tuple[str, str]]) -> pd.Dat
             out.
     """
     groups = dict(tuple(records.groupby(["env", "planner"], sort=False)))
-    rows = [_row(env, planner, groups[env, planner]) for env, planner in order if (env, planner) in groups]
-    return pd.DataFrame(rows, columns=list(COLUMNS))
+    rows = [
+        _row(env, planner, groups[env, planner])
+        for env, planner in order
+        if (env, planner) in groups
+    ]
+    table: pd.DataFrame = pd.DataFrame(rows, columns=list(COLUMNS))
+    return table
 
 
 def _row(env: str, planner: str, records: pd.DataFrame) -> dict[str, object]:
@@ -100,7 +105,8 @@ def common_problems(records: pd.DataFrame) -> pd.DataFrame:
                     "safety_margin_mean": own["safety_margin"].astype(float).mean(),
                 }
             )
-    return pd.DataFrame(rows, columns=columns)
+    table: pd.DataFrame = pd.DataFrame(rows, columns=columns)
+    return table
 
 
 def attempted(records: pd.DataFrame) -> bool:

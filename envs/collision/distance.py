@@ -33,4 +33,5 @@ def _to_box(points: Array, box: Box) -> Array:
     for axis in (dx, dy, dz):
         np.maximum(axis, 0.0, out=axis)
     # Written out so that the rounding, hence every sampled problem, is the same on every machine.
-    return np.sqrt(dx * dx + dy * dy + dz * dz) + inside
+    distance: Array = np.sqrt(dx * dx + dy * dy + dz * dz) + inside
+    return distance

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import fcl
 import numpy as np
@@ -85,10 +86,7 @@ class CollisionModel:
         The path is proved free exactly if the result is above `self.tolerance`.
         See `continuous.path_min_clearance`.
         """
-        bounds = [
-            self.robot.motion_bound(a, b)
-            for a, b in zip(waypoints[:-1], waypoints[1:], strict=True)
-        ]
+        bounds = [self.robot.motion_bound(a, b) for a, b in pairwise(waypoints)]
         return continuous.path_min_clearance(self.clearance, waypoints, bounds, self.tolerance)
 
     def _place(self, q: Array) -> None:

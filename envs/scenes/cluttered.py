@@ -56,6 +56,7 @@ class Cluttered3D(Environment):
         self.lower = np.full(3, -HALF_SIDE)
         self.upper = np.full(3, HALF_SIDE)
         self.robot = PointRobot(robot_radius)
+        self._radius = robot_radius
         self.speed_model = SpeedModel(d_min=0.2, d_max=2.0)
         self._scene = scene
         rng = stream("c3d", scene)
@@ -66,7 +67,7 @@ class Cluttered3D(Environment):
 
     def clearance(self, q: Array) -> Array:
         points = self.configurations(q)
-        return signed_distance_to_boxes(points, self.obstacles) - self.robot.radius
+        return signed_distance_to_boxes(points, self.obstacles) - self._radius
 
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         """Both ends uniform in free space, as `min_clearance` and `min_separation` demand, and
@@ -105,7 +106,7 @@ class Cluttered3D(Environment):
             "boxes": [[*box.center.tolist(), *box.sides.tolist()] for box in self.obstacles],
             "scene": self._scene,
             "bounds": [self.lower.tolist(), self.upper.tolist()],
-            "robot_radius": self.robot.radius,
+            "robot_radius": self._radius,
             "speed": [self.speed_model.d_min, self.speed_model.d_max, self.speed_model.s_const],
             "problems": [self.min_clearance, self.min_separation],
         }

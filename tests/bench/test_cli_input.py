@@ -156,7 +156,7 @@ def test_list(bench: Cli) -> None:
     assert code == 0
     listed = json.loads(out)
     assert set(listed) == {"planners", "envs"}
-    assert [entry["id"] for entry in listed["envs"]][0] == "c3d"
+    assert listed["envs"][0]["id"] == "c3d"
     ids = [entry["id"] for entry in listed["planners"]]
     assert {"fmm", "rrtstar", "lazyprmstar", "rrtconnect", "prmstar", "informedrrtstar"} <= set(ids)
     assert {"bitstar", "aitstar", "eitstar", "fmt"} <= set(ids)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -34,7 +36,9 @@ def test_a_good_path_and_its_numbers() -> None:
     assert judged.verdict is Verdict.VALID
     assert judged.waypoints == 6
     assert judged.safety_margin == pytest.approx(0.3, abs=1e-3)
-    assert judged.length == pytest.approx(np.linalg.norm(np.diff(around(0.3), axis=0), axis=1).sum())
+    assert judged.length == pytest.approx(
+        np.linalg.norm(np.diff(around(0.3), axis=0), axis=1).sum()
+    )
     assert judged.travel_time is not None
     assert judged.travel_time > judged.length
     assert judged.smoothness is not None
@@ -81,7 +85,7 @@ def test_repeated_waypoints_and_many_waypoints() -> None:
     path = around(0.3)
     assert JUDGE(PROBLEM, np.repeat(path, 3, axis=0)).verdict is Verdict.VALID
     t = np.linspace(0, 1, 5000)[:, None]
-    fine = np.concatenate([a + t * (b - a) for a, b in zip(path[:-1], path[1:], strict=True)])
+    fine = np.concatenate([a + t * (b - a) for a, b in pairwise(path)])
     judged = JUDGE(PROBLEM, fine)
     assert judged.verdict is Verdict.VALID
     assert judged.safety_margin == pytest.approx(0.3, abs=1e-3)

@@ -54,7 +54,7 @@ def test_what_is_put_is_found(tmp_path: Path) -> None:
     with Store(tmp_path) as store:
         store.put(RECORD)
     with Store(tmp_path, create=False) as store:
-        [row] = store.records("f", 7, "s").to_dict("records")
+        [row] = store.records(["f"], 7, "s").to_dict("records")
     assert row == {**vars(RECORD)}
     assert (decode_path(row["path"]) == PATH).all()
 
@@ -67,10 +67,10 @@ def test_the_key_tells_attempts_apart(tmp_path: Path, column: str) -> None:
         store.put(replace(RECORD, length=9.0))
         store.put(other)
         rows = [
-            len(store.records(r.env_fingerprint, r.problems_seed, r.settings))
+            len(store.records([r.env_fingerprint], r.problems_seed, r.settings))
             for r in {(RECORD.env_fingerprint, RECORD.settings): RECORD, 1: other}.values()
         ]
-        assert store.records("f", 7, "s")["length"].tolist()[0] == 9.0, "put again: replaced"
+        assert store.records(["f"], 7, "s")["length"].tolist()[0] == 9.0, "put again: replaced"
     assert rows in ([1, 1], [2, 2])
 
 
@@ -86,7 +86,7 @@ def test_threads_may_put_at_once(tmp_path: Path) -> None:
             thread.start()
         for thread in threads:
             thread.join()
-        assert store.records("f", 7, "s")["problem"].tolist() == list(range(200))
+        assert store.records(["f"], 7, "s")["problem"].tolist() == list(range(200))
 
 
 def test_a_store_without_a_run_says_so(tmp_path: Path) -> None:

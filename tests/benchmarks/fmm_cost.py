@@ -31,7 +31,9 @@ def main() -> None:
         begin = perf_counter()
         skfmm.travel_time(source, speed, dx=spacing, order=2)
         bare.append(perf_counter() - begin)
-    print(f"fmm median {np.median(whole):.3f} s, scikit-fmm alone {np.median(bare):.3f} s, ", end="")
+    print(
+        f"fmm median {np.median(whole):.3f} s, scikit-fmm alone {np.median(bare):.3f} s, ", end=""
+    )
     print(f"ratio of medians {np.median(whole) / np.median(bare):.3f}")
 
 

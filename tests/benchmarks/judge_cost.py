@@ -5,6 +5,7 @@ Typical is a path of fast marching, thinned to about 40 waypoints, on 40 problem
 
 from __future__ import annotations
 
+from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
@@ -26,7 +27,7 @@ def main() -> None:
         path = np.asarray(planner.solve(problem, Budget(perf_counter() + 60)).path)
         path = path[np.unique(np.linspace(0, len(path) - 1, 40).astype(int))]
         begin = perf_counter()
-        free = all(model.segment_is_free(a, b) for a, b in zip(path[:-1], path[1:], strict=True))
+        free = all(model.segment_is_free(a, b) for a, b in pairwise(path))
         checked = perf_counter()
         model.min_clearance(path)
         margin = perf_counter()

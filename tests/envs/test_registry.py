@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from importlib.metadata import EntryPoint
 from typing import Any
@@ -98,12 +99,8 @@ def test_mistakes_are_one_clear_line(text: str, said: str) -> None:
 @given(st.text(max_size=60))
 def test_any_text_is_an_entry_or_an_input_error(text: str) -> None:
     for known in (registry(), envs.REGISTRY, planners.REGISTRY):
-        try:
-            entries = known.entries(text)
-        except InputError as error:
-            assert "\n" not in str(error).replace(repr(text), "")
-        else:
-            assert entries
+        with contextlib.suppress(InputError):
+            assert known.entries(text)
 
 
 def test_commas_separate_entries_and_arguments() -> None:

@@ -66,9 +66,7 @@ def test_it_goes_round_obstacles_and_near_the_optimal_time() -> None:
     """A finer grid finds paths that are no slower, and its time is close to the coarser one's."""
     env = envs.make("c3d")
     judge = env.collision_model()
-    blocked = [
-        p for p in env.sample_problems(40, 5) if not judge.segment_is_free(p.start, p.goal)
-    ]
+    blocked = [p for p in env.sample_problems(40, 5) if not judge.segment_is_free(p.start, p.goal)]
     for problem in blocked[:3]:
         coarse, fine = (_solve(env, problem, f"fmm:resolution={n}") for n in (40, 80))
         assert judge.min_clearance(fine) > judge.tolerance

@@ -24,9 +24,7 @@ IMPROVING = ["rrtstar", "lazyprmstar", "informedrrtstar", "bitstar", "aitstar", 
 def blocked_problem(env: Environment) -> Problem:
     """One whose straight line is not free."""
     model = env.collision_model()
-    return next(
-        p for p in env.sample_problems(50, 2) if not model.segment_is_free(p.start, p.goal)
-    )
+    return next(p for p in env.sample_problems(50, 2) if not model.segment_is_free(p.start, p.goal))
 
 
 def solve(env: Environment, problem: Problem, text: str, stop: float, s: float) -> PlannerResult:
