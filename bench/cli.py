@@ -142,7 +142,7 @@ def _add_list(commands: Any) -> None:
 
 
 def _run(chosen: argparse.Namespace) -> int:
-    suite, worlds = make_suite(
+    suite = make_suite(
         env=chosen.env,
         planner=chosen.planners,
         problems=chosen.problems,
@@ -152,13 +152,13 @@ def _run(chosen: argparse.Namespace) -> int:
         jobs=chosen.jobs,
         memory_limit_mb=chosen.memory_limit,
     )
-    folder: Path = chosen.out or Path("results/runs") / suite.envs[0].spec.id
+    folder: Path = chosen.out or Path("results/runs") / suite.arenas[0].entry.spec.id
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with Store(folder) as store:
-        selection = suite.selection(worlds)
+        selection = suite.selection()
         store.put_selection(selection)
         try:
-            run(suite, worlds, store, force=chosen.force, started_s=chosen.started_s)
+            run(suite, store, force=chosen.force, started_s=chosen.started_s)
         finally:
             records = files.selected_records(store, selection)
             text = files.write(folder, records, selection, files.FORMATS)

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 from bench.judge import Judgement
 from bench.process import Attempt, SetUp, WorkerProcess
 from bench.record import Record, Verdict
-from bench.suite import Suite
-from envs import Environment, Problem
+from bench.suite import Arena, Suite
+from envs import Problem
 from envs.registry import Entry
 from envs.seeding import derived_seed
 from planners import Planner
@@ -32,24 +32,21 @@ class Contestant:
     problem off the clock. If it dies, the problem at hand is lost and the next gets a new one.
 
     Args:
-        warm_up: the throw-away problem, of the same environment but no test problem.
         costs: where seconds of setting up are added.
     """
 
     def __init__(
         self,
-        env: Entry[Environment],
+        arena: Arena,
         planner: Entry[Planner],
         suite: Suite,
-        warm_up: Problem,
         costs: Costs,
     ) -> None:
         self.id = planner.id
         self.stopped = False
-        self._env = env
+        self._arena = arena
         self._planner = planner
         self._suite = suite
-        self._warm_up = warm_up
         self._costs = costs
         self._worker: WorkerProcess | None = None
         self._set_up: SetUp | None = None
@@ -77,7 +74,8 @@ class Contestant:
         checks = attempt.stats.get("collision_checks")
         reason = judged.reason if judged else ""
         return Record(
-            env=self._env.id,
+            env=self._arena.entry.id,
+            env_fingerprint=self._arena.env.fingerprint,
             planner=self.id,
             planner_version=self._planner.spec.version,
             problem=problem.index,
@@ -106,14 +104,19 @@ class Contestant:
     def _ready(self) -> SetUp:
         """Sees to it that a process waits for a problem, unless setting up failed before."""
         while self._set_up is None or not (self._set_up.fault or self._alive()):
-            self._worker = WorkerProcess(self._env, self._planner, self._suite.memory_limit_mb)
+            self._worker = WorkerProcess(
+                self._arena.entry,
+                self._planner,
+                self._arena.env.fingerprint,
+                self._suite.memory_limit_mb,
+            )
             seed = derived_seed("planner setup", self._suite.seed)
             self._set_up = self._worker.set_up(seed, SETUP_LIMIT_S)
             self._costs.setup_s += self._set_up.setup_s
             if self._set_up.fault:
                 self._worker.close()
             elif self._survives_warm_up:
-                self._worker.solve(self._warm_up, self._suite.time_limit_s, math.inf)
+                self._worker.solve(self._arena.warm_up, self._suite.time_limit_s, math.inf)
                 self._survives_warm_up = self._alive()
         return self._set_up
 

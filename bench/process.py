@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 import signal
@@ -79,11 +80,15 @@ class WorkerProcess:
 
     Args:
         env, planner: what the process makes for itself.
+        fingerprint: of the environment; a process that makes another is a fault.
         memory_limit_mb: it may hold.
     """
 
-    def __init__(self, env: Entry[Any], planner: Entry[Any], memory_limit_mb: int) -> None:
+    def __init__(
+        self, env: Entry[Any], planner: Entry[Any], fingerprint: str, memory_limit_mb: int
+    ) -> None:
         self._memory_limit_mb = memory_limit_mb
+        self._closed = False
         self._log = tempfile.TemporaryFile("a+b")  # noqa: SIM115  closed by close()
         self._connection, theirs = Pipe()
         with theirs:
@@ -96,7 +101,11 @@ class WorkerProcess:
                 env={**os.environ, **_ONE_THREAD},
                 start_new_session=True,  # a Ctrl-C is the harness's to handle
             )
-        self._described = {"env": _describe(env), "planner": _describe(planner)}
+        self._described = {
+            "env": _describe(env),
+            "planner": _describe(planner),
+            "fingerprint": fingerprint,
+        }
 
     def set_up(self, seed: int, limit_s: float) -> SetUp:
         """Makes environment and planner in the process and calls the planner's `setup`."""
@@ -104,7 +113,7 @@ class WorkerProcess:
         begin = monotonic()
         answer, _ = self._ask(request, limit_s)
         if answer["status"]:
-            spent = answer.get("setup_s") or monotonic() - begin
+            spent = answer.get("setup_s", monotonic() - begin)
             return SetUp(answer["status"], answer["error"], spent)
         return SetUp("", "", answer["setup_s"], answer["train_s"])
 
@@ -136,19 +145,22 @@ class WorkerProcess:
     @property
     def alive(self) -> bool:
         """Whether it can be asked again."""
-        return not self._connection.closed
+        return not self._closed
 
     def close(self) -> None:
         """Ends the process and whatever it started."""
+        if self._closed:
+            return
+        self._closed = True
         self._connection.close()
-        if self._process.returncode is None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(self._process.pid, signal.SIGKILL)
-            self._process.wait()
+        with contextlib.suppress(ProcessLookupError):  # the group outlives its first process
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
         self._log.close()
 
     def _ask(self, request: wire.Message, limit_s: float) -> tuple[wire.Message, Array | None]:
         """The answer, or a fault in its place if the process dies, hangs or grows too large."""
+        begin = monotonic()
         try:
             wire.send(self._connection, request)
             fault = self._watch(limit_s)
@@ -158,7 +170,10 @@ class WorkerProcess:
                     self.close()
                 return answer, path
         except (EOFError, OSError):  # it died, or an interrupted run closed it
-            fault = self._cause_of_death
+            fault = self._overdue if monotonic() - begin >= limit_s else self._cause_of_death
+        except (ValueError, KeyError, TypeError) as error:
+            nonsense = f"sent what is no message: {error!r}"
+            fault = functools.partial(self._fault, Fault.CRASH, nonsense)
         described = fault()
         self.close()
         return described, None
@@ -168,9 +183,9 @@ class WorkerProcess:
         end = monotonic() + limit_s + _LAST_WORDS_S
         while not self._connection.poll(_POLL_S):
             if monotonic() > end:
-                return lambda: self._fault(Fault.KILLED, "ignored its deadline")
+                return self._overdue
             if self._resident_mb() > self._memory_limit_mb:
-                return lambda: self._fault(Fault.OUT_OF_MEMORY, "outgrew the memory limit")
+                return self._too_large
             if os.fstat(self._log.fileno()).st_size > _LOG_LIMIT:
                 os.ftruncate(self._log.fileno(), 0)
         return None
@@ -181,13 +196,17 @@ class WorkerProcess:
         except psutil.Error:
             return 0.0
 
+    def _overdue(self) -> wire.Message:
+        return self._fault(Fault.KILLED, "ignored its deadline")
+
+    def _too_large(self) -> wire.Message:
+        return self._fault(Fault.OUT_OF_MEMORY, "outgrew the memory limit")
+
     def _cause_of_death(self) -> wire.Message:
         try:
             code = self._process.wait(timeout=5)
         except subprocess.TimeoutExpired:
             return self._fault(Fault.CRASH, "closed its connection")
-        if "Timeout (" in self._last_output():  # faulthandler's, at the hard limit
-            return self._fault(Fault.KILLED, "ignored its deadline")
         if code < 0:
             return self._fault(Fault.CRASH, f"died of {signal.Signals(-code).name}")
         return self._fault(Fault.CRASH, f"exited with code {code}")

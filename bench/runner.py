@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
@@ -19,10 +19,9 @@ from bench.process import Attempt
 from bench.progress import Progress
 from bench.record import Record, encode_path, outcome
 from bench.store import Store
-from bench.suite import Suite
-from envs import Environment, Problem
-from envs.registry import Entry
-from envs.seeding import derived_seed, stream
+from bench.suite import Arena, Suite
+from envs import Problem
+from envs.seeding import stream
 
 logger = logging.getLogger(__name__)
 
@@ -58,7 +57,6 @@ class Session:
 
 def run(
     suite: Suite,
-    worlds: list[Environment],
     store: Store,
     *,
     force: bool = False,
@@ -67,7 +65,6 @@ def run(
     """Measures whatever of the suite the store does not hold yet.
 
     Args:
-        worlds: the suite's environments, for problems and the judge.
         force: measure again what the store holds.
         started_s: seconds that starting up took before this call, for the share of overhead.
 
@@ -76,10 +73,7 @@ def run(
     """
     begin = monotonic() - started_s
     session = Session()
-    stages = [
-        _Stage(suite, entry, world, store, session, force)
-        for entry, world in zip(suite.envs, worlds, strict=True)
-    ]
+    stages = [_Stage(suite, arena, store, session, force) for arena in suite.arenas]
     total = sum(len(stage.open) for stage in stages)
     if total == 0:
         return
@@ -95,23 +89,17 @@ def run(
 
 
 class _Stage:
-    """One environment of a run."""
+    """One arena of a run: what is still to be measured there, and its measuring."""
 
     def __init__(
-        self,
-        suite: Suite,
-        entry: Entry[Environment],
-        world: Environment,
-        store: Store,
-        session: Session,
-        force: bool,
+        self, suite: Suite, arena: Arena, store: Store, session: Session, force: bool
     ) -> None:
         self._suite = suite
-        self._entry = entry
+        self._arena = arena
         self._store = store
         self._session = session
-        self._fingerprint = world.fingerprint
-        self._judge = Judge(world)
+        self._fingerprint = arena.env.fingerprint
+        self._judge = Judge(arena.env)
         self._lock = threading.Lock()  # one result at a time is judged and stored
         held = store.records([self._fingerprint], suite.seed, suite.settings_digest)
         reference = suite.stop.reference
@@ -130,22 +118,18 @@ class _Stage:
         self._reference_lengths: dict[int, float] = dict(
             zip(by_reference["problem"], by_reference["length"], strict=True)
         )
-        if self.open:
-            self._problems = world.sample_problems(suite.problems, suite.seed)
-            warm_up = derived_seed("warm-up", suite.seed)
-            [self._warm_up] = world.sample_problems(1, warm_up)
 
     def run(self, progress: Progress) -> None:
         """Attempts all open problems."""
         contestants = {
-            planner.id: Contestant(self._entry, planner, self._suite, self._warm_up, self._session)
+            planner.id: Contestant(self._arena, planner, self._suite, self._session)
             for planner in self._suite.planners
             if any(id == planner.id for id, _ in self.open)
         }
         pool = ThreadPoolExecutor(self._suite.jobs)
         try:
             for number, begin in enumerate(range(0, self._suite.problems, BLOCK)):
-                block = self._problems[begin : begin + BLOCK]
+                block = self._arena.problems[begin : begin + BLOCK]
                 for together in self._order(number, contestants):
                     tasks = [pool.submit(self._attempt_block, c, block, progress) for c in together]
                     _finish(tasks)
@@ -167,7 +151,7 @@ class _Stage:
         yield others
 
     def _attempt_block(
-        self, contestant: Contestant, block: list[Problem], progress: Progress
+        self, contestant: Contestant, block: Sequence[Problem], progress: Progress
     ) -> None:
         for problem in block:
             if (contestant.id, problem.index) not in self.open or contestant.stopped:
@@ -194,7 +178,6 @@ class _Stage:
             attempt,
             judged,
             run_id=self._session.run_id,
-            env_fingerprint=self._fingerprint,
             outcome=what,
             measured_at=_now(),
             path=encode_path(attempt.path),

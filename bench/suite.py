@@ -11,8 +11,9 @@ from typing import Any
 import envs
 import planners
 from bench import machine
-from envs import Environment, InputError
+from envs import Environment, InputError, Problem
 from envs.registry import Entry
+from envs.seeding import derived_seed
 from planners import Planner
 
 RULES = 1
@@ -73,11 +74,11 @@ class Suite:
     """A run as it was asked for.
 
     Attributes:
-        problems: the number of problems in each environment.
+        problems: the number of problems in each arena.
         seed: of problems, planners and order.
     """
 
-    envs: tuple[Entry[Environment], ...]
+    arenas: tuple[Arena, ...]
     planners: tuple[Entry[Planner], ...]
     problems: int
     seed: int
@@ -103,12 +104,12 @@ class Suite:
         text = json.dumps(self.settings, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
-    def selection(self, worlds: list[Environment]) -> dict[str, Any]:
+    def selection(self) -> dict[str, Any]:
         """JSON data that says which records of a store this run is about."""
         return {
             "envs": [
-                {"id": entry.id, "fingerprint": world.fingerprint}
-                for entry, world in zip(self.envs, worlds, strict=True)
+                {"id": arena.entry.id, "fingerprint": arena.env.fingerprint}
+                for arena in self.arenas
             ],
             "planners": [entry.id for entry in self.planners],
             "problems": self.problems,
@@ -116,6 +117,26 @@ class Suite:
             "settings": self.settings,
             "settings_digest": self.settings_digest,
         }
+
+
+@dataclass(frozen=True)
+class Arena:
+    """An environment of a run, made, with its problems.
+
+    `warm_up` is a problem of the same kind that is no test problem.
+    """
+
+    entry: Entry[Environment]
+    env: Environment
+    problems: tuple[Problem, ...]
+    warm_up: Problem
+
+    @staticmethod
+    def make(entry: Entry[Environment], problems: int, seed: int) -> Arena:
+        """Raises InputError if the environment cannot be made or has too few problems."""
+        env = entry.make()
+        [warm_up] = env.sample_problems(1, derived_seed("warm-up", seed))
+        return Arena(entry, env, tuple(env.sample_problems(problems, seed)), warm_up)
 
 
 def make_suite(
@@ -128,8 +149,8 @@ def make_suite(
     stop: str,
     jobs: int,
     memory_limit_mb: int,
-) -> tuple[Suite, list[Environment]]:
-    """Checks what was asked for; the suite, and its environments made.
+) -> Suite:
+    """Checks what was asked for.
 
     Planners chosen by a group ("all") are left out where they support none of the environments.
     The reference of a match rule is added if it is missing.
@@ -150,10 +171,8 @@ def make_suite(
         chosen.insert(0, rule.reference)
     for entry in chosen:
         entry.make()  # refuses bad arguments before anything runs
-    suite = Suite(
-        tuple(env_entries), tuple(chosen), problems, seed, time_limit_s, rule, jobs, memory_limit_mb
-    )
-    return suite, worlds
+    arenas = tuple(Arena.make(entry, problems, seed) for entry in env_entries)
+    return Suite(arenas, tuple(chosen), problems, seed, time_limit_s, rule, jobs, memory_limit_mb)
 
 
 def _supports(entry: Entry[Planner], worlds: list[Environment]) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import faulthandler
 import gc
+import os
 import resource
 import sys
 import traceback
@@ -26,6 +27,7 @@ from planners import Budget, Planner, Status
 def main(descriptor: int) -> None:
     """Answers the parent's requests until it hangs up."""
     connection = Connection(descriptor)
+    os.set_inheritable(descriptor, False)  # else what the planner starts would keep it open
     faulthandler.enable()
     try:
         request, _ = wire.receive(connection)
@@ -55,6 +57,8 @@ def _set_up(request: wire.Message) -> tuple[Planner | None, wire.Message]:
     """The planner, ready to solve, or None with the fault in the answer."""
     try:
         env: Environment = _make(request["env"])
+        if env.fingerprint != request["fingerprint"]:
+            raise RuntimeError("the environment is not the same in every process")
         planner: Planner = _make(request["planner"])
         reason = planner.unsupported(env)
         if reason is not None:
@@ -72,7 +76,6 @@ def _set_up(request: wire.Message) -> tuple[Planner | None, wire.Message]:
         "status": None,
         "setup_s": setup_s,
         "train_s": float(planner.train_s),
-        "fingerprint": env.fingerprint,
     }
 
 

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
+import subprocess
 import time
 
 import numpy as np
 
 from envs import Environment, Problem, Spec
+from envs.scenes.cluttered import Cluttered3D
 from planners import Budget, Planner, PlannerResult, Status
 
 
 def _claim(*waypoints: np.ndarray) -> PlannerResult:
     return PlannerResult(Status.EXACT_SOLUTION, np.array(waypoints))
+
+
+class UnsteadyWorld(Cluttered3D):
+    """Another scene in every process."""
+
+    def __init__(self) -> None:
+        super().__init__(scene=os.getpid())
 
 
 class Straight(Planner):
@@ -32,6 +42,24 @@ class Segfault(Planner):
 class Exits(Planner):
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         os._exit(7)
+
+
+class LeavesChild(Planner):
+    """Starts a process that holds on to everything, and dies."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        subprocess.Popen(["sleep", "98765"], close_fds=False)
+        os._exit(3)
+
+
+class SpeaksOutOfTurn(Planner):
+    """Writes to every socket it can find."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        for descriptor in range(3, 64):
+            with contextlib.suppress(OSError):
+                os.write(descriptor, b"\0\0\0\5hello")
+        raise ValueError("not what the harness reads")
 
 
 class Hangs(Planner):
@@ -176,6 +204,8 @@ def spec(planner: type[Planner], id: str) -> Spec:
 EXPECTED = {
     "segfault": (Segfault, "CRASH"),
     "exits": (Exits, "CRASH"),
+    "leaves-child": (LeavesChild, "CRASH"),
+    "speaks-out-of-turn": (SpeaksOutOfTurn, "CRASH"),
     "hangs": (Hangs, "KILLED"),
     "hangs-in-c": (HangsInC, "KILLED"),
     "eats-memory": (EatsMemory, "OUT_OF_MEMORY"),

@@ -246,7 +246,7 @@ def test_all_leaves_out_what_supports_nothing(
     import planners
     from bench.suite import make_suite
 
-    suite, _ = make_suite(
+    suite = make_suite(
         env="c3d",
         planner="all",
         problems=1,
@@ -287,6 +287,30 @@ def test_an_interrupted_run_keeps_what_was_done_and_goes_on(
     whole = records_of(tmp_path)
     assert len(whole) == 8
     pd.testing.assert_frame_equal(whole.head(len(kept)), kept)
+
+
+def test_interrupted_before_anything_was_measured(
+    bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("bench.cli.run", interrupted)
+    code, out, err = bench("run", "--env", "c3d", "--planners", "rrtconnect", "--out", tmp_path)
+    assert (code, out) == (130, "")
+    assert "kept" in err
+    assert pd.read_csv(tmp_path / "summary.csv").empty
+    assert "(none)" in (tmp_path / "summary.md").read_text()
+
+
+def test_too_many_problems_for_a_scene_write_nothing(
+    bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("envs.scenes.cluttered.Cluttered3D.min_clearance", 15.0)
+    code, _, err = bench("run", "--env", "c3d", "--planners", "fmm", "--out", tmp_path / "out")
+    assert code == 2
+    assert "fewer boxes or problems" in err
+    assert not (tmp_path / "out").exists()
 
 
 def _rows(folder: Path) -> int:

@@ -11,6 +11,9 @@ import pandas as pd
 import psutil
 from conftest import Cli
 
+import envs
+from envs import Spec
+
 PROBLEMS = 2
 
 
@@ -31,6 +34,7 @@ def test_every_fault_has_its_own_outcome(bench: Cli, faulty: list[str], tmp_path
     assert summary.loc[reference, "problems"] == PROBLEMS
     assert summary.loc[reference, "solved"] == PROBLEMS
     assert not psutil.Process().children(recursive=True), "no process may be left behind"
+    assert not [p for p in psutil.process_iter(["cmdline"]) if "98765" in (p.info["cmdline"] or [])]
 
 
 def test_errors_tell_what_happened(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
@@ -75,6 +79,23 @@ def test_a_valid_path_after_the_limit_is_late(
     assert valid.any()
     assert set(records.loc[valid, "outcome"]) == {"LATE"}
     assert (records["solved"] == 0).all()
+
+
+def test_an_environment_that_differs_from_process_to_process_is_an_error(
+    bench: Cli, faulty: list[str], tmp_path: Path
+) -> None:
+    unsteady = Spec("unsteady", "faulty_planners:UnsteadyWorld", "differs every time")
+    envs.REGISTRY.register(unsteady)
+    try:
+        bench(
+            *("run", "--env", "unsteady", "--planners", "straight", "--problems", 2),
+            *("--stop", "first", "--out", tmp_path),
+        )
+    finally:
+        envs.REGISTRY.unregister("unsteady")
+    records = _records(tmp_path)
+    assert set(records["outcome"]) == {"ERROR"}
+    assert "not the same in every process" in records["error"][0]
 
 
 def _records(folder: Path) -> pd.DataFrame:
