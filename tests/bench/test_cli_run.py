@@ -269,9 +269,12 @@ def test_an_interrupted_run_keeps_what_was_done_and_goes_on(
         *("run", "--env", "c3d", "--planners", "rrtstar", "--problems", "8", "--stop", "limit"),
         *("--time-limit", "0.7", "--out", str(tmp_path)),
     ]
+    # As from a terminal: where the tests run in the background, SIGINT may be ignored.
+    as_from_terminal = signal.signal(signal.SIGINT, signal.SIG_DFL)
     process = subprocess.Popen(
         [sys.executable, "-m", "bench", *run], stderr=subprocess.PIPE, stdout=subprocess.PIPE
     )
+    signal.signal(signal.SIGINT, as_from_terminal)
     deadline = time.monotonic() + 60
     while _rows(tmp_path) < 2 and time.monotonic() < deadline:
         time.sleep(0.05)
