@@ -125,6 +125,7 @@ def _add_show(commands: Any) -> None:
     parser.set_defaults(command=_show)
     parser.add_argument("--env", required=True)
     parser.add_argument("--paths", type=Path, metavar="DIR", help="a folder that run wrote")
+    parser.add_argument("--planners", default="all", help="whose paths (default: all there are)")
     parser.add_argument("--problem", type=int, metavar="I", help="(default: the longest path's)")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE.png")
 
@@ -193,6 +194,9 @@ def _show(chosen: argparse.Namespace) -> int:
     if chosen.paths is not None:
         with Store(chosen.paths, create=False) as store:
             records = files.selected_records(store, store.selection())
+        if chosen.planners != "all":
+            wanted = [entry.id for entry in planners.REGISTRY.entries(chosen.planners)]
+            records = records[records["planner"].isin(wanted)]
         shown = scene.paths_of_problem(records, world.fingerprint, chosen.problem)
     scene.draw(world, shown, chosen.out)
     return DONE

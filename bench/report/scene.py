@@ -28,7 +28,10 @@ COLOURS = {
 }
 """The paper's; other planners take the rest of the colour cycle."""
 
-_OTHER_COLOURS = ("tab:red", "tab:pink", "tab:brown", "tab:olive", "black", "tab:gray")
+_OTHER_COLOURS = (
+    *("tab:red", "tab:pink", "tab:brown", "tab:olive", "black", "tab:gray"),
+    *("darkgreen", "navy", "salmon", "plum"),
+)
 
 
 _GREY = (0.62, 0.63, 0.68)

@@ -146,11 +146,19 @@ def test_report_repeats_the_table_elsewhere(finished: Path, bench: Cli, tmp_path
 
 
 def test_show_draws_the_scene_and_the_paths(finished: Path, bench: Cli, tmp_path: Path) -> None:
-    for name, more in (("plain", ()), ("paths", ("--paths", finished))):
+    paths = ("--paths", finished)
+    for name, more in (
+        ("plain", ()),
+        ("paths", paths),
+        ("one", (*paths, "--planners", "rrtstar", "--problem", 3)),
+    ):
         file = tmp_path / f"{name}.png"
         assert bench("show", "--env", "c3d", *more, "--out", file)[0] == 0
         assert file.read_bytes().startswith(b"\x89PNG")
-    assert (tmp_path / "paths.png").stat().st_size != (tmp_path / "plain.png").stat().st_size
+    assert len({path.read_bytes() for path in tmp_path.iterdir()}) == 3
+    code, _, err = bench("show", "--env", "c3d", *paths, "--planners", "fmt", "--out", "x.png")
+    assert code == 2
+    assert "no path" in err
 
 
 def test_more_problems_only_add_to_what_is_there(
