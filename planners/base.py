@@ -25,7 +25,7 @@ class Status(str, Enum):
 
 @dataclass(frozen=True)
 class PlannerResult:
-    """`path` is (k, d), k >= 2, from start to goal; `stats` is JSON data, see ARCHITECTURE.md."""
+    """`path` is (k, d) from start to goal; `stats` is JSON data, see ARCHITECTURE.md."""
 
     status: Status
     path: Any = None
@@ -34,11 +34,10 @@ class PlannerResult:
 
 @dataclass(frozen=True)
 class Budget:
-    """Until when to plan (`time.perf_counter`), and the length below which to stop improving:
-    inf stops at the first solution, 0 goes on until the deadline."""
+    """Until when to plan (`time.perf_counter`), and the path length at which to stop improving."""
 
     deadline: float
-    stop_cost: float = float("inf")
+    stop_cost: float = float("inf")  # inf: the first solution will do; 0: use all the time
 
     def remaining(self) -> float:
         """Seconds left, at least 0."""

@@ -68,6 +68,12 @@ class Hangs(Planner):
             time.sleep(0.1)
 
 
+class PrintsForever(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        while True:
+            os.write(1, b"x" * 100_000)
+
+
 class HangsInC(Planner):
     """Hangs with the interpreter's lock held, so that no Python code runs any more."""
 
@@ -207,6 +213,7 @@ EXPECTED = {
     "leaves-child": (LeavesChild, "CRASH"),
     "speaks-out-of-turn": (SpeaksOutOfTurn, "CRASH"),
     "hangs": (Hangs, "KILLED"),
+    "prints-forever": (PrintsForever, "KILLED"),
     "hangs-in-c": (HangsInC, "KILLED"),
     "eats-memory": (EatsMemory, "OUT_OF_MEMORY"),
     "raises": (Raises, "ERROR"),

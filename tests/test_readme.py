@@ -1,0 +1,61 @@
+"""The README is true: its Python text runs, its commands and options exist."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import envs
+import planners
+from bench import cli
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+
+
+def test_the_python_text_runs_as_written(tmp_path: Path) -> None:
+    [text] = blocks("python")
+    done = subprocess.run(
+        [sys.executable, "-c", text], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "EXACT_SOLUTION" in done.stdout
+
+
+def test_the_commands_and_entries_it_shows_are_accepted() -> None:
+    lines = [
+        line.partition("#")[0].split("bench ", 1)[1].split()
+        for block in blocks("sh")
+        for line in block.splitlines()
+        if "bench " in line and "pytest" not in line
+    ]
+    assert len(lines) >= 6
+    for arguments in lines:
+        chosen = vars(cli._parser().parse_args(arguments))
+        if "env" in chosen:
+            assert envs.REGISTRY.entries(chosen["env"])
+        if "planners" in chosen:
+            assert planners.REGISTRY.entries(chosen["planners"])
+
+
+def test_it_lists_what_is_registered() -> None:
+    for spec in [*envs.REGISTRY.specs(), *planners.REGISTRY.specs()]:
+        assert f"`{spec.id}`" in README
+
+
+def test_options_and_defaults_are_those_of_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        cli.main(["run", "--help"])
+    text = re.sub(r"\s+", " ", capsys.readouterr().out)
+    for option, default in re.findall(
+        r"^\| `(--[a-z-]+)` \| `?([^|`]+?)`? \|", README, re.MULTILINE
+    ):
+        assert option in text
+        assert f"default: {default}" in text, option
