@@ -1,0 +1,1 @@
+"""Neural solvers of the Eikonal equation between any two configurations."""

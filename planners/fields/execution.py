@@ -1,0 +1,78 @@
+"""Bidirectional execution: both ends follow the time field until they meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from planners.fields.networks import TimeField
+
+
+@dataclass(frozen=True)
+class Descent:
+    """How the ends move. Lengths are in the networks' space.
+
+    Attributes:
+        step: alpha of equation 5, the length of a step at speed 1.
+        meeting: the ends are joined by a straight line when they are this close.
+        most_steps: after which an attempt is given up.
+    """
+
+    step: float = 0.03
+    meeting: float = 0.06
+    most_steps: int = 500
+
+
+def bidirectional(
+    net: TimeField, starts: Tensor, goals: Tensor, lower: Tensor, upper: Tensor, descent: Descent
+) -> list[Tensor | None]:
+    """Paths for many pairs at once  (equation 5).
+
+    Each end steps by alpha S^2 grad T downhill, which with S = 1 / |grad T| has the length
+    alpha S: short near obstacles. Ends are kept within the bounds, since obstacles touch them and
+    paths would otherwise slide round outside.
+
+    Args:
+        starts, goals: (n, d), in the networks' space.
+        lower, upper: (d,) bounds there.
+
+    Returns:
+        For each pair a path (k, d) from start to goal, or None if the ends did not meet.
+    """
+    from_start, from_goal = [starts], [goals]
+    open_pairs = torch.arange(len(starts))
+    met_at = torch.full((len(starts),), -1)
+    a, b = starts.clone(), goals.clone()
+    for step in range(descent.most_steps + 1):
+        met = (a[open_pairs] - b[open_pairs]).norm(dim=-1) <= descent.meeting
+        met_at[open_pairs[met]] = step
+        open_pairs = open_pairs[~met]
+        if len(open_pairs) == 0 or step == descent.most_steps:
+            break
+        a, b = a.clone(), b.clone()
+        a[open_pairs], b[open_pairs] = _step(net, a[open_pairs], b[open_pairs], descent.step)
+        a, b = a.clamp(lower, upper), b.clamp(lower, upper)
+        from_start.append(a)
+        from_goal.append(b)
+    there, back = torch.stack(from_start, dim=1), torch.stack(from_goal, dim=1)
+    return [
+        torch.cat([there[i, : m + 1], back[i, : m + 1].flip(0)]) if m >= 0 else None
+        for i, m in enumerate(met_at.tolist())
+    ]
+
+
+@torch.no_grad()
+def _step(net: TimeField, a: Tensor, b: Tensor, alpha: float) -> tuple[Tensor, Tensor]:
+    """Both ends (n, d) after one step of equation 5."""
+    stretch, slope_a, slope_b = net(a, b)
+    offset = a - b
+    distance = offset.norm(dim=-1, keepdim=True)
+    ratio = stretch.exp()[:, None]
+    gradients = (
+        ratio * (offset / distance + distance * slope_a),
+        ratio * (-offset / distance + distance * slope_b),
+    )
+    squares = [(g**2).sum(-1, keepdim=True).clamp_min(1e-12) for g in gradients]
+    return a - alpha * gradients[0] / squares[0], b - alpha * gradients[1] / squares[1]

@@ -1,0 +1,71 @@
+"""The physics of time fields: what a network's output means, and when it is right.
+
+Equation numbers are those of Ni and Qureshi, "NTFields: Neural Time Fields for Physics-Informed
+Robot Motion Planning", ICLR 2023. Configurations are in the normalised space of the networks;
+leading axes are free, the last one of vectors is d.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+
+def travel_time(distance: Tensor, tau: Tensor) -> Tensor:
+    """T = |qs - qg| / tau  (equation 1)."""
+    return distance / tau
+
+
+def predicted_speed(tau: Tensor, offset: Tensor, gradient: Tensor) -> Tensor:
+    """The speed at one end that a factorised time field implies  (equation 2).
+
+    Args:
+        tau: (...).
+        offset: (..., d), this end minus the other.
+        gradient: (..., d), of tau with respect to this end.
+    """
+    squared = (
+        tau**2 + (offset**2).sum(-1) * (gradient**2).sum(-1) - 2 * tau * (offset * gradient).sum(-1)
+    )
+    return tau**2 / squared.clamp_min(torch.finfo(tau.dtype).tiny).sqrt()
+
+
+def eikonal_loss(speed: Tensor, predicted: Tensor) -> Tensor:
+    """|1 - sqrt(S* / S)| + |1 - sqrt(S / S*)| at one end  (equation 4)."""
+    ratio = (speed / predicted).sqrt()
+    return (1 - ratio).abs() + (1 - 1 / ratio).abs()
+
+
+def log_slowness_error(log_speed: Tensor, stretch: Tensor, offset: Tensor, slope: Tensor) -> Tensor:
+    """r = log(S* |grad T|) at one end, for T = |qs - qg| exp(stretch).
+
+    0 where the Eikonal equation holds, positive where T rises too steeply (T would be above the
+    true time) and negative where it is slack. In these terms equation 4 is 2 sinh(|r| / 2).
+
+    Args:
+        log_speed: (...), log S* at this end.
+        stretch: (...), -log tau.
+        offset: (..., d), this end minus the other; not zero.
+        slope: (..., d), gradient of stretch with respect to this end.
+    """
+    distance = offset.norm(dim=-1, keepdim=True)
+    steepness: Tensor = (offset / distance + distance * slope).norm(dim=-1)
+    return log_speed + stretch + steepness.clamp_min(1e-12).log()
+
+
+def subsolution_loss(error: Tensor, stretch: Tensor, pull: float, slack_weight: float) -> Tensor:
+    """The loss that has the *largest* subsolution of the Eikonal equation as its minimum.
+
+    Many fields satisfy |grad T| S* = 1 almost everywhere; every one of them is at most the true
+    travel time, which is the largest field with |grad T| S* <= 1 (the viscosity solution). So
+    steepness above 1 costs as in equation 4, slack costs `slack_weight` < 1 times that, and the
+    mean of `stretch` = log(T / |qs - qg|) is pulled up.
+
+    Args:
+        error: (...), `log_slowness_error` at any ends.
+        stretch: (...) of the same pairs.
+        pull: weight of the mean stretch.
+        slack_weight: in 0..1.
+    """
+    weight = torch.where(error > 0, 1.0, slack_weight)
+    return (weight * 2 * torch.sinh(error.abs() / 2)).mean() - pull * stretch.mean()
