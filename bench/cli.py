@@ -9,6 +9,7 @@ import signal
 import sys
 import time
 from collections.abc import Sequence
+from importlib import metadata
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -57,6 +58,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="bench", description="Benchmark of robot motion planners.", allow_abbrev=False
     )
+    parser.add_argument("--version", action="version", version=metadata.version("plannerbench"))
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for add in (_add_run, _add_report, _add_show, _add_list):
         add(commands)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +16,8 @@ from envs import Environment, InputError, Problem
 from envs.registry import Entry
 from envs.seeding import derived_seed
 from planners import Planner
+
+logger = logging.getLogger(__name__)
 
 RULES = 1
 """Rises whenever the protocol or the judge changes what is measured."""
@@ -169,6 +172,7 @@ def make_suite(
     rule = StopRule.parse(stop)
     if rule.reference is not None and rule.reference.id not in {entry.id for entry in chosen}:
         chosen.insert(0, rule.reference)
+        logger.info("%s runs too, as the reference of --stop %s", rule.reference.id, stop)
     for entry in chosen:
         entry.make()  # refuses bad arguments before anything runs
     arenas = tuple(Arena.make(entry, problems, seed) for entry in env_entries)

@@ -218,6 +218,7 @@ def test_matching_uses_the_judged_length(
     run = ("run", "--env", "c3d", "--planners", "counts", "--problems", 6, "--out", out)
     assert bench(*run, "--stop", "match:straight:0.5")[0] == 0
     records = records_of(out)
+    assert pd.read_csv(out / "summary.csv")["planner"].tolist() == ["straight", "counts"]
     reference = records[records["planner"] == "straight"].set_index("problem")
     assert {"VALID", "COLLISION"} == set(reference["outcome"])
     for line in counted.read_text().split("\n")[1:-1]:
