@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import logging
+import re
 import signal
 import sys
 import time
@@ -22,6 +23,7 @@ from bench.runner import run
 from bench.store import Store
 from bench.suite import make_suite
 from envs import InputError
+from envs.errors import suggestion
 from envs.registry import Registry
 
 DONE, BAD_INPUT, NOTHING_MEASURED, INTERRUPTED = 0, 2, 3, 130
@@ -31,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and gives the exit code."""
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr, force=True)
     try:
-        chosen = _parser().parse_args(arguments)
+        chosen = _parse(arguments)
         chosen.started_s = _since_process_start() if arguments is None else 0.0
         code: int = chosen.command(chosen)
     except InputError as error:
@@ -45,6 +47,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _since_process_start() -> float:
     return time.time() - psutil.Process().create_time()
+
+
+def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """The arguments, with a suggestion for what is not among them."""
+    chosen, unknown = _parser().parse_known_args(arguments)
+    if unknown:
+        options = re.findall(r"--[a-z-]+", chosen.parser.format_help())
+        raise InputError(f"unknown argument {unknown[0]!r}; {suggestion(unknown[0], set(options))}")
+    return chosen
 
 
 class _Parser(argparse.ArgumentParser):
@@ -73,7 +84,7 @@ def _add_run(commands: Any) -> None:
         description="Runs every planner on the same problems, each in its own process, judges "
         "every path, and prints a table. What DIR holds already is not measured again.",
     )
-    parser.set_defaults(command=_run)
+    parser.set_defaults(command=_run, parser=parser)
     add = parser.add_argument
     add("--env", required=True, help="environments, as in c3d,c3d:scene=3,boxes=20")
     add(
@@ -111,7 +122,7 @@ def _add_report(commands: Any) -> None:
         help="tables of a run",
         description="Writes the tables of what was last run into each DIR, and prints them.",
     )
-    parser.set_defaults(command=_report)
+    parser.set_defaults(command=_report, parser=parser)
     parser.add_argument("dirs", nargs="+", type=Path, metavar="DIR")
     parser.add_argument("--format", default="md,csv", help="of md,csv (default: both)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="(default: the run's own)")
@@ -124,7 +135,7 @@ def _add_show(commands: Any) -> None:
         help="draw an environment and paths",
         description="Draws an environment, and one problem with every planner's path from a run.",
     )
-    parser.set_defaults(command=_show)
+    parser.set_defaults(command=_show, parser=parser)
     parser.add_argument("--env", required=True)
     parser.add_argument("--paths", type=Path, metavar="DIR", help="a folder that run wrote")
     parser.add_argument("--planners", default="all", help="whose paths (default: all there are)")
@@ -139,7 +150,7 @@ def _add_list(commands: Any) -> None:
         help="list planners and environments",
         description="Lists what is registered.",
     )
-    parser.set_defaults(command=_list)
+    parser.set_defaults(command=_list, parser=parser)
     parser.add_argument("what", nargs="?", choices=("planners", "envs"))
     parser.add_argument("--json", action="store_true")
 

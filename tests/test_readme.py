@@ -38,7 +38,7 @@ def test_the_commands_and_entries_it_shows_are_accepted() -> None:
     ]
     assert len(lines) >= 6
     for arguments in lines:
-        chosen = vars(cli._parser().parse_args(arguments))
+        chosen = vars(cli._parse(arguments))
         if "env" in chosen:
             assert envs.REGISTRY.entries(chosen["env"])
         if "planners" in chosen:
