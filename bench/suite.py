@@ -170,15 +170,14 @@ def make_suite(
     worlds = [entry.make() for entry in env_entries]
     chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
     rule = StopRule.parse(stop)
-    added = ""
-    if rule.reference is not None and rule.reference.id not in {entry.id for entry in chosen}:
-        chosen.insert(0, rule.reference)
-        added = rule.reference.id
+    named = {entry.id for entry in chosen}
+    added = [rule.reference] if rule.reference and rule.reference.id not in named else []
+    chosen = [*added, *chosen]
     for entry in chosen:
         entry.make()  # refuses bad arguments before anything runs
     arenas = tuple(Arena.make(entry, problems, seed) for entry in env_entries)
-    if added:
-        logger.info("%s runs too, as the reference of --stop %s", added, stop)
+    for entry in added:
+        logger.info("%s runs too, as the reference of --stop %s", entry.id, stop)
     return Suite(arenas, tuple(chosen), problems, seed, time_limit_s, rule, jobs, memory_limit_mb)
 
 
