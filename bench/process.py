@@ -30,6 +30,7 @@ GRACE_SHARE, GRACE_S = 0.2, 1.0
 
 _POLL_S = 0.05  # how often a working process is looked at
 _LAST_WORDS_S = 2.0  # for a process that ends itself at the hard limit to say where it hung
+_GOODBYE_S = 2.0  # for an idle process to end when its parent hangs up
 _LOG_LIMIT = 16 * 2**20  # bytes of output kept of a planner that prints without end
 _BOOT = (  # not `-m`: that would look for our packages in the current folder first
     "import json, sys; sys.path[:] = json.loads(sys.argv[2]);"
@@ -89,6 +90,7 @@ class WorkerProcess:
     ) -> None:
         self._memory_limit_mb = memory_limit_mb
         self._closed = False
+        self._working = False
         self._log = tempfile.TemporaryFile("a+b")  # noqa: SIM115  closed by close()
         self._connection, theirs = Pipe()
         with theirs:
@@ -147,12 +149,24 @@ class WorkerProcess:
         """Whether it can be asked again."""
         return not self._closed
 
+    @property
+    def exit_code(self) -> int | None:
+        """As of a finished process: 0 if it ended of itself after its last answer."""
+        return self._process.returncode
+
     def close(self) -> None:
-        """Ends the process and whatever it started."""
+        """Ends the process and whatever it started.
+
+        One that waits for a problem sees that its parent hung up and ends of itself; one that is
+        working is killed.
+        """
         if self._closed:
             return
         self._closed = True
         self._connection.close()
+        if not self._working:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(_GOODBYE_S)
         with contextlib.suppress(ProcessLookupError):  # the group outlives its first process
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
@@ -161,11 +175,13 @@ class WorkerProcess:
     def _ask(self, request: wire.Message, limit_s: float) -> tuple[wire.Message, Array | None]:
         """The answer, or a fault in its place if the process dies, hangs or grows too large."""
         begin = monotonic()
+        self._working = True
         try:
             wire.send(self._connection, request)
             fault = self._watch(limit_s)
             if fault is None:
                 answer, path = wire.receive(self._connection)
+                self._working = False
                 if answer["status"] == Fault.OUT_OF_MEMORY.value:
                     self.close()
                 return answer, path

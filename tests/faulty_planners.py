@@ -172,6 +172,15 @@ class Prints(Straight):
         return super().solve(problem, budget)
 
 
+class TellsThreads(Planner):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        import torch
+
+        threads = {k: v for k, v in os.environ.items() if k.endswith("_THREADS")}
+        stats = {"threads": threads, "torch": torch.get_num_threads()}
+        return PlannerResult(Status.TIMEOUT, None, stats)
+
+
 class Late(Straight):
     """Overruns its limit by less than what gets it killed."""
 
@@ -236,5 +245,6 @@ SPECS = [
     spec(Straight, "straight"),
     spec(Prints, "prints"),
     spec(Late, "late"),
+    spec(TellsThreads, "tells-threads"),
     spec(Counts, "counts"),
 ]

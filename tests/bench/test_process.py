@@ -1,0 +1,59 @@
+"""Worker processes, asked directly."""
+
+from __future__ import annotations
+
+import math
+
+import psutil
+import pytest
+
+import envs
+import planners
+from bench.process import WorkerProcess
+from bench.record import Fault
+from envs import Environment
+
+
+def worker(env: Environment, planner: str, memory_limit_mb: int = 4096) -> WorkerProcess:
+    entries = envs.REGISTRY.entry("c3d"), planners.REGISTRY.entry(planner)
+    return WorkerProcess(*entries, env.fingerprint, memory_limit_mb)
+
+
+@pytest.mark.parametrize("planner", ["fmm:resolution=30", "rrtstar", "prmstar", "eitstar"])
+def test_a_worker_ends_of_itself_with_exit_code_0(planner: str, c3d: Environment) -> None:
+    asked = worker(c3d, planner)
+    assert not asked.set_up(1, 60).fault
+    for problem in c3d.sample_problems(2, 0):
+        assert asked.solve(problem, 5, math.inf).status == "EXACT_SOLUTION"
+    asked.close()
+    assert asked.exit_code == 0
+    assert not asked.alive
+    asked.close()  # again is no error
+
+
+def test_one_that_hangs_is_gone_at_once(c3d: Environment, faulty: list[str]) -> None:
+    asked = worker(c3d, "hangs-in-c")
+    assert not asked.set_up(1, 60).fault
+    [problem] = c3d.sample_problems(1, 0)
+    attempt = asked.solve(problem, 0.1, math.inf)
+    assert attempt.status == Fault.KILLED.value
+    assert attempt.solve_s is not None
+    assert 1.0 < attempt.solve_s < 4.0
+    assert not asked.alive
+    assert not psutil.Process().children()
+
+
+def test_one_that_never_solved_anything_ends_too(c3d: Environment) -> None:
+    idle = worker(c3d, "rrtconnect")
+    idle.close()
+    assert not psutil.Process().children()
+
+
+def test_threads_are_pinned_to_one(c3d: Environment, faulty: list[str]) -> None:
+    asked = worker(c3d, "tells-threads")
+    assert not asked.set_up(1, 60).fault
+    attempt = asked.solve(c3d.sample_problems(1, 0)[0], 5, math.inf)
+    asked.close()
+    assert set(attempt.stats["threads"].values()) == {"1"}
+    assert len(attempt.stats["threads"]) >= 5
+    assert attempt.stats["torch"] == 1
