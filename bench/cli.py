@@ -176,7 +176,7 @@ def _run(chosen: argparse.Namespace) -> int:
         finally:
             records = files.selected_records(store, selection)
             text = files.write(folder, records, selection, files.FORMATS)
-            files.write_manifest(folder, selection, store.sessions())
+            files.write_manifest(folder, records, selection, store.sessions())
     print(text)
     print(f"{folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}", file=sys.stderr)
     return DONE if summary.attempted(records) else NOTHING_MEASURED

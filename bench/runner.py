@@ -183,8 +183,11 @@ class _Stage:
             path=encode_path(attempt.path),
         )
         reference = self._suite.stop.reference
-        if reference and contestant.id == reference.id and record.solved and record.length:
-            self._reference_lengths[problem.index] = record.length
+        if reference and contestant.id == reference.id:
+            # Measured anew, it may fail where it once solved.
+            self._reference_lengths.pop(problem.index, None)
+            if record.solved and record.length:
+                self._reference_lengths[problem.index] = record.length
         return record
 
 

@@ -167,6 +167,7 @@ def make_suite(
     _check_jobs(jobs)
     _check_range("--memory-limit", memory_limit_mb, 256, 2**24)
     env_entries = envs.REGISTRY.entries(env)
+    # Not the arenas' own, which the judge uses: planners get to see these.
     worlds = [entry.make() for entry in env_entries]
     chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
     rule = StopRule.parse(stop)

@@ -25,7 +25,6 @@ class Environment(ABC):
         robot: the moving body.
         obstacles: solid shapes in the workspace frame.
         speed_model: equation 3 with this environment's constants.
-        unit: what lengths are in, for tables ("units", "rad").
     """
 
     lower: Array
@@ -33,7 +32,6 @@ class Environment(ABC):
     robot: Robot
     obstacles: Sequence[Box]
     speed_model: SpeedModel
-    unit: str
 
     @property
     def dimension(self) -> int:

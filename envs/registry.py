@@ -101,7 +101,7 @@ class Registry(Generic[T]):
         for name in (spec.id, *spec.aliases):
             if not re.fullmatch(r"[A-Za-z0-9_.*+-]+", name):
                 raise InputError(f"{name!r} is not a well-formed {self.kind} name")
-            if name in self._names():
+            if name == "all" or name in self._names():
                 raise InputError(f"there is a {self.kind} called {name!r} already")
         self._specs[spec.id] = spec
 

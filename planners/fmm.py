@@ -48,7 +48,6 @@ class FastMarching(Planner):
         ]
         self._spacing = (env.upper - env.lower) / (self._resolution - 1)
         self._lower = env.lower
-        self._env = env
         nodes = np.stack(np.meshgrid(*self._axes, indexing="ij"), axis=-1)
         speed = env.speed(nodes.reshape(-1, env.dimension))
         self._speed = speed.reshape((self._resolution,) * env.dimension)

@@ -114,12 +114,11 @@ class OmplPlanner(Planner):
         else:
             planner = self._kept
             planner.clearQuery()
-        lead = _LEAD_SHARE.get(self._algorithm, _LEAD_SHARE_OTHERS)
-        seconds = budget.remaining() * (1 - lead) - _LEAD_S
+        seconds = self._usable(budget)
         definition, status = self._run(planner, problem, seconds, budget.stop_cost)
         path = definition.getSolutionPath() if definition.hasSolution() else None
         if path is not None and self._simplify and definition.hasExactSolution():
-            geometric.PathSimplifier(self._si).simplify(path, budget.remaining())
+            geometric.PathSimplifier(self._si).simplify(path, self._usable(budget))
         stats = {
             "collision_checks": self._model.checks - checks,
             "cost_history": self._progress.history,
@@ -130,6 +129,11 @@ class OmplPlanner(Planner):
         exact = definition.hasExactSolution()
         status = Status.EXACT_SOLUTION if exact else Status.APPROXIMATE_SOLUTION
         return PlannerResult(status, waypoints, stats)
+
+    def _usable(self, budget: Budget) -> float:
+        """Seconds to give OMPL, so that it has ended when the budget does."""
+        lead = _LEAD_SHARE.get(self._algorithm, _LEAD_SHARE_OTHERS)
+        return max(0.0, budget.remaining() * (1 - lead) - _LEAD_S)
 
     def _run(
         self, planner: Any, problem: Problem, seconds: float, stop_cost: float
@@ -148,7 +152,7 @@ class OmplPlanner(Planner):
             planner.setup()
         self._progress.begin(planner)
         # Not solve(seconds): that one polls the clock from a thread.
-        answer = planner.solve(base.timedPlannerTerminationCondition(max(seconds, 0.0)))
+        answer = planner.solve(base.timedPlannerTerminationCondition(seconds))
         self._progress.end()
         return definition, _STATUS.get(answer.getStatus().name, Status.TIMEOUT)
 

@@ -172,6 +172,15 @@ class Prints(Straight):
         return super().solve(problem, budget)
 
 
+class Moody(Straight):
+    """Fails if MOODY_FAILS is set."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        if "MOODY_FAILS" in os.environ:
+            return PlannerResult(Status.TIMEOUT)
+        return super().solve(problem, budget)
+
+
 class TellsThreads(Planner):
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         import torch
@@ -245,6 +254,7 @@ SPECS = [
     spec(Straight, "straight"),
     spec(Prints, "prints"),
     spec(Late, "late"),
+    spec(Moody, "moody"),
     spec(TellsThreads, "tells-threads"),
     spec(Counts, "counts"),
 ]

@@ -53,9 +53,11 @@ def caption(selection: dict[str, Any]) -> str:
     )
 
 
-def write_manifest(folder: Path, selection: dict[str, Any], sessions: list[dict[str, Any]]) -> None:
+def write_manifest(
+    folder: Path, records: pd.DataFrame, selection: dict[str, Any], sessions: list[dict[str, Any]]
+) -> None:
     """Writes `manifest.json`: what was asked for, and each session that measured some of it."""
-    measured = [s for s in sessions if s["settings"] == selection["settings"]]
+    measured = [s for s in sessions if s["run_id"] in set(records["run_id"])]
     capacity = sum(s["wall_s"] * s["jobs"] for s in measured)
     planning = sum(s["setup_s"] + s["solve_s"] for s in measured)
     manifest = {

@@ -44,8 +44,6 @@ class Cluttered3D(Environment):
     min_separation = 4.0
     """Least distance between a problem's start and goal."""
 
-    unit = "units"
-
     def __init__(self, scene: int = 0, boxes: int = 10, robot_radius: float = 0.01) -> None:
         if not 0 <= scene < 2**32:
             raise InputError(f"c3d: scene must be between 0 and 2^32 - 1, not {scene}")

@@ -184,6 +184,8 @@ def test_more_problems_only_add_to_what_is_there(
     assert asked() == [0, 1]
     assert bench(*run, "--problems", 2, "--seed", 9)[0] == 0
     assert asked() == [0, 1], "another seed has other problems"
+    sessions = json.loads((out / "manifest.json").read_text())["sessions"]
+    assert [s["attempts"] for s in sessions] == [2], "only those that measured what is shown"
     assert bench(*run, "--problems", 2, "--time-limit", 3)[0] == 0
     assert asked() == [0, 1], "another time limit is another measurement"
 
@@ -226,6 +228,32 @@ def test_matching_uses_the_judged_length(
         row = reference.loc[int(index)]
         wanted = 1.5 * row["length"] if row["outcome"] == "VALID" else 0.0
         assert float(cost) == pytest.approx(wanted)
+
+
+def test_a_reference_that_fails_when_measured_anew_sets_no_length(
+    bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counted = tmp_path / "count"
+    monkeypatch.setenv("COUNT_FILE", str(counted))
+    run = (
+        "run",
+        "--env",
+        "c3d:boxes=1",
+        "--planners",
+        "counts",
+        "--problems",
+        3,
+        "--out",
+        tmp_path,
+    )
+    assert bench(*run, "--stop", "match:moody")[0] == 0
+    costs = [float(line.split()[1]) for line in counted.read_text().split("\n")[1:-1]]
+    assert any(cost > 0 for cost in costs)
+    counted.write_text("")
+    monkeypatch.setenv("MOODY_FAILS", "1")
+    assert bench(*run, "--stop", "match:moody", "--force")[0] == 0
+    costs = [float(line.split()[1]) for line in counted.read_text().split("\n")[1:-1]]
+    assert costs == [0.0, 0.0, 0.0]
 
 
 def test_two_at_a_time_give_the_same_problems_and_verdicts(bench: Cli, tmp_path: Path) -> None:

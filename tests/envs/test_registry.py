@@ -126,7 +126,7 @@ def test_constructors_that_take_anything_get_text() -> None:
 
 
 def test_taken_and_malformed_names_are_refused() -> None:
-    for id in ("thing", "th*", "a,b", "a:b", "../x", ""):
+    for id in ("thing", "th*", "a,b", "a:b", "../x", "", "all"):
         with pytest.raises(InputError):
             registry().register(Spec(id, "m:C", ""))
 
