@@ -33,6 +33,7 @@ class Contestant:
 
     Args:
         costs: where seconds of setting up are added.
+        unready: why it cannot be set up, if it cannot.
     """
 
     def __init__(
@@ -41,6 +42,7 @@ class Contestant:
         planner: Entry[Planner],
         suite: Suite,
         costs: Costs,
+        unready: SetUp | None = None,
     ) -> None:
         self.id = planner.id
         self.stopped = False
@@ -49,7 +51,7 @@ class Contestant:
         self._suite = suite
         self._costs = costs
         self._worker: WorkerProcess | None = None
-        self._set_up: SetUp | None = None
+        self._set_up = unready
         self._survives_warm_up = True
 
     def attempt(self, problem: Problem, stop_cost: float) -> Attempt:

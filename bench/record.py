@@ -21,6 +21,7 @@ class Fault(str, Enum):
     KILLED = "KILLED"  # it ignored the deadline and was ended
     OUT_OF_MEMORY = "OUT_OF_MEMORY"  # it wanted more than the memory limit
     UNSUPPORTED = "UNSUPPORTED"  # it said that it cannot plan in this environment
+    SKIPPED = "SKIPPED"  # it would have had to be trained first, which was ruled out
 
 
 class Verdict(str, Enum):
@@ -36,7 +37,7 @@ class Verdict(str, Enum):
 LATE = "LATE"
 """The outcome of a valid path that came after the time limit."""
 
-NOT_ATTEMPTED = (Fault.UNSUPPORTED.value,)
+NOT_ATTEMPTED = (Fault.UNSUPPORTED.value, Fault.SKIPPED.value)
 """Statuses of rows in which nothing was measured."""
 
 

@@ -12,16 +12,18 @@ from datetime import datetime, timezone
 from time import monotonic
 from typing import Any
 
-from bench import machine
+from bench import machine, training
 from bench.contestant import Contestant
 from bench.judge import Judge
 from bench.process import Attempt
 from bench.progress import Progress
-from bench.record import Record, encode_path, outcome
+from bench.record import Fault, Record, encode_path, outcome
 from bench.store import Store
 from bench.suite import Arena, Suite
 from envs import Problem
+from envs.registry import Entry
 from envs.seeding import stream
+from planners import Planner
 
 logger = logging.getLogger(__name__)
 
@@ -77,6 +79,9 @@ def run(
     total = sum(len(stage.open) for stage in stages)
     if total == 0:
         return
+    _announce_training(stages)
+    for stage in stages:
+        stage.prepare()
     progress = Progress(total)
     try:
         for stage in stages:
@@ -86,6 +91,15 @@ def run(
         session.wall_s = monotonic() - begin
         if session.attempts:
             store.put_session(session.run_id, session.described(suite))
+
+
+def _announce_training(stages: Sequence[_Stage]) -> None:
+    minutes = sum(stage.minutes_of_training() for stage in stages)
+    if minutes:
+        logger.info(
+            "learned planners are trained first, about %.0f minutes; --no-train leaves them out",
+            max(1.0, minutes),
+        )
 
 
 class _Stage:
@@ -103,7 +117,8 @@ class _Stage:
         self._lock = threading.Lock()  # one result at a time is judged and stored
         held = store.records([self._fingerprint], suite.seed, suite.settings_digest)
         reference = suite.stop.reference
-        done = set() if force else set(zip(held["planner"], held["problem"], strict=True))
+        tried = held[held["status"] != Fault.SKIPPED.value]
+        done = set() if force else set(zip(tried["planner"], tried["problem"], strict=True))
         self.open = {
             (planner.id, index)
             for planner in suite.planners
@@ -119,13 +134,34 @@ class _Stage:
             zip(by_reference["problem"], by_reference["length"], strict=True)
         )
 
+    def minutes_of_training(self) -> float:
+        """About how long `prepare` takes."""
+        if not self._suite.train:
+            return 0.0
+        return sum(training.expected_minutes(self._arena.entry, p) for p in self._contesting())
+
+    def prepare(self) -> None:
+        """Trains what has to be trained."""
+        begin = monotonic()
+        self._contestants = {
+            planner.id: Contestant(
+                self._arena,
+                planner,
+                self._suite,
+                self._session,
+                training.unready(self._arena.entry, planner, may_train=self._suite.train),
+            )
+            for planner in self._contesting()
+        }
+        self._session.setup_s += monotonic() - begin
+
+    def _contesting(self) -> list[Entry[Planner]]:
+        ids = {id for id, _ in self.open}
+        return [planner for planner in self._suite.planners if planner.id in ids]
+
     def run(self, progress: Progress) -> None:
         """Attempts all open problems."""
-        contestants = {
-            planner.id: Contestant(self._arena, planner, self._suite, self._session)
-            for planner in self._suite.planners
-            if any(id == planner.id for id, _ in self.open)
-        }
+        contestants = self._contestants
         pool = ThreadPoolExecutor(self._suite.jobs)
         try:
             for number, begin in enumerate(range(0, self._suite.problems, BLOCK)):

@@ -16,6 +16,7 @@ from envs import Environment, InputError, Problem
 from envs.registry import Entry
 from envs.seeding import derived_seed
 from planners import Planner
+from planners.learned import LearnedPlanner, check_weights
 
 logger = logging.getLogger(__name__)
 
@@ -79,6 +80,7 @@ class Suite:
     Attributes:
         problems: the number of problems in each arena.
         seed: of problems, planners and order.
+        train: whether learned planners without weights are trained first.
     """
 
     arenas: tuple[Arena, ...]
@@ -89,6 +91,7 @@ class Suite:
     stop: StopRule
     jobs: int
     memory_limit_mb: int
+    train: bool = True
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -152,11 +155,13 @@ def make_suite(
     stop: str,
     jobs: int,
     memory_limit_mb: int,
+    train: bool = True,
+    device: str = "cpu",
 ) -> Suite:
     """Checks what was asked for.
 
     Planners chosen by a group ("all") are left out where they support none of the environments.
-    The reference of a match rule is added if it is missing.
+    The reference of a match rule is added if it is missing. Learned planners run on `device`.
 
     Raises:
         InputError: something is unknown or out of range.
@@ -173,13 +178,25 @@ def make_suite(
     rule = StopRule.parse(stop)
     named = {entry.id for entry in chosen}
     added = [rule.reference] if rule.reference and rule.reference.id not in named else []
-    chosen = [*added, *chosen]
+    chosen = [*added, *(_on_device(entry, device) for entry in chosen)]
     for entry in chosen:
         entry.make()  # refuses bad arguments before anything runs
     arenas = tuple(Arena.make(entry, problems, seed) for entry in env_entries)
     for entry in added:
         logger.info("%s runs too, as the reference of --stop %s", entry.id, stop)
-    return Suite(arenas, tuple(chosen), problems, seed, time_limit_s, rule, jobs, memory_limit_mb)
+    for entry in chosen:
+        for world in worlds:
+            check_weights(entry.make(), world)
+    return Suite(
+        arenas, tuple(chosen), problems, seed, time_limit_s, rule, jobs, memory_limit_mb, train
+    )
+
+
+def _on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
+    """A learned planner with a device of its own choosing or this one."""
+    if device == "cpu" or not issubclass(entry.spec.load(), LearnedPlanner):
+        return entry
+    return Entry(entry.spec, {"device": device, **entry.arguments})
 
 
 def _supports(entry: Entry[Planner], worlds: list[Environment]) -> bool:

@@ -26,7 +26,7 @@ class Spec:
     """How something is made: `entry_point` is "module:Class", called with `arguments`.
 
     `version` rises whenever results would no longer compare with earlier ones. `groups` are names
-    under which several are chosen together ("paper").
+    under which several are chosen together ("paper"); "all" has those with `in_all`.
     """
 
     id: str
@@ -36,6 +36,7 @@ class Spec:
     version: int = 1
     aliases: tuple[str, ...] = ()
     groups: tuple[str, ...] = ()
+    in_all: bool = True
 
     def load(self) -> type:
         """The class.
@@ -115,8 +116,10 @@ class Registry(Generic[T]):
         return list(self._specs.values())
 
     def group(self, name: str) -> list[Spec]:
-        """The specs of a group; every spec is in "all"."""
-        return [spec for spec in self.specs() if name == "all" or name in spec.groups]
+        """The specs of a group; "all" has every spec that does not keep out of it."""
+        if name == "all":
+            return [spec for spec in self.specs() if spec.in_all]
+        return [spec for spec in self.specs() if name in spec.groups]
 
     def entries(
         self, text: str, wanted: Callable[[Entry[T]], bool] = lambda entry: True

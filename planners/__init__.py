@@ -24,9 +24,24 @@ def _ompl(
     )
 
 
+def _field(
+    id: str, description: str, groups: tuple[str, ...] = (), method: str = "", in_all: bool = True
+) -> Spec:
+    return Spec(
+        id,
+        "planners.fields.planner:FieldPlanner",
+        description,
+        {"method": method or id},
+        groups=groups,
+        in_all=in_all,
+    )
+
+
 REGISTRY: Registry[Planner] = Registry(
     "planner",
     [
+        _field("ntfields", "neural time field, trained on the physics alone", ("paper",)),
+        _field("ief3d", "the same network, trained on fast marching's times", ("paper",)),
         Spec(
             "fmm",
             "planners.fmm:FastMarching",
@@ -42,6 +57,17 @@ REGISTRY: Registry[Planner] = Registry(
         _ompl("aitstar", "AITstar", "AIT*", ("ait*",)),
         _ompl("eitstar", "EITstar", "EIT*", ("eit*",)),
         _ompl("fmt", "FMT", "FMT*, one batch of samples", ("fmt*",)),
+        _field("eikonet", "EikoNet: no symmetry, no bounds, trained on the speed alone"),
+        *(
+            _field(id, description, ("ablations",), method, in_all=False)
+            for id, description, method in (
+                ("ntfields-paper", "the paper's network and training, for a GPU and hours", ""),
+                ("ntfields-nosym", "ntfields without symmetry: features concatenated", ""),
+                ("ntfields-wenc", "ntfields with the w-space encoder, brought in gradually", ""),
+                ("ntfields-wenc-early", "ntfields with the w-space encoder from the start", ""),
+                ("ntfields-nowenc", "without the w-space encoder, as is ntfields", "ntfields"),
+            )
+        ),
     ],
     entry_point_group="bench.planners",
 )

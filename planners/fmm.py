@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import skfmm
 
 from envs import Environment, InputError, Problem
 from envs.problem import Array
 from planners.base import Budget, Planner, PlannerResult, Status
+from planners.fast_marching import SpeedGrid
 from planners.grid_field import GridField
 
 _MAX_NODES = 20_000_000  # of a grid that scikit-fmm solves within a few GB
@@ -42,36 +42,22 @@ class FastMarching(Planner):
         return None
 
     def setup(self, env: Environment, *, seed: int) -> None:
-        self._axes = [
-            np.linspace(low, high, self._resolution)
-            for low, high in zip(env.lower, env.upper, strict=True)
-        ]
-        self._spacing = (env.upper - env.lower) / (self._resolution - 1)
-        self._lower = env.lower
-        nodes = np.stack(np.meshgrid(*self._axes, indexing="ij"), axis=-1)
-        speed = env.speed(nodes.reshape(-1, env.dimension))
-        self._speed = speed.reshape((self._resolution,) * env.dimension)
+        self._env = env
+        self._grid = SpeedGrid(env, self._resolution, self._order)
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
-        radius = 1.5 * float(self._spacing.max())
-        times = skfmm.travel_time(
-            self._distance_to(problem.goal) - radius,
-            self._speed,
-            dx=self._spacing,
-            order=self._order,
-        )
-        field = GridField(np.asarray(times), self._lower, self._spacing)
-        path = field.descend(problem.start, problem.goal, radius)
+        path = self._field(problem.goal).descend(problem.start, problem.goal, self._grid.radius)
         if path is None:
             return PlannerResult(Status.APPROXIMATE_SOLUTION)
         return PlannerResult(Status.EXACT_SOLUTION, path)
 
-    def _distance_to(self, goal: Array) -> Array:
-        """Distances from every node to `goal`: its level set of `radius` is where fronts start,
-        a sphere about the exact goal rather than a cell."""
-        squares = [(axis - x) ** 2 for axis, x in zip(self._axes, goal, strict=True)]
-        total = squares[0]
-        for square in squares[1:]:
-            total = total[..., None] + square
-        distance: Array = np.sqrt(total)
-        return distance
+    def times_and_speeds(self, source: Array, q: Array) -> tuple[Array, Array]:
+        """See `planners.time_field.TimeFieldPlanner`."""
+        field = self._field(source)
+        within = self._grid.radius / self._env.speed(source[None])[0]
+        times = self._grid.interpolated(field.values, q) + within
+        steepness = np.array([np.linalg.norm(field.gradient(x)) for x in q])
+        return times, 1 / steepness
+
+    def _field(self, goal: Array) -> GridField:
+        return GridField(self._grid.arrival_times(goal), self._grid.lower, self._grid.spacing)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from planners.fields.networks import TimeField
+Field = Callable[[Tensor, Tensor], tuple[Tensor, Tensor, Tensor]]
+"""Starts and goals (n, d) to stretch (n,) and its gradients (n, d) at both ends."""
 
 
 @dataclass(frozen=True)
@@ -16,17 +18,19 @@ class Descent:
 
     Attributes:
         step: alpha of equation 5, the length of a step at speed 1.
+        moves: whether the start's end moves, and the goal's.
         meeting: the ends are joined by a straight line when they are this close.
         most_steps: after which an attempt is given up.
     """
 
     step: float = 0.03
+    moves: tuple[bool, bool] = (True, True)
     meeting: float = 0.06
     most_steps: int = 500
 
 
-def bidirectional(
-    net: TimeField, starts: Tensor, goals: Tensor, lower: Tensor, upper: Tensor, descent: Descent
+def descend(
+    field: Field, starts: Tensor, goals: Tensor, lower: Tensor, upper: Tensor, descent: Descent
 ) -> list[Tensor | None]:
     """Paths for many pairs at once  (equation 5).
 
@@ -42,37 +46,45 @@ def bidirectional(
         For each pair a path (k, d) from start to goal, or None if the ends did not meet.
     """
     from_start, from_goal = [starts], [goals]
-    open_pairs = torch.arange(len(starts))
+    open_pairs = torch.arange(len(starts), device=starts.device)
     met_at = torch.full((len(starts),), -1)
     a, b = starts.clone(), goals.clone()
     for step in range(descent.most_steps + 1):
         met = (a[open_pairs] - b[open_pairs]).norm(dim=-1) <= descent.meeting
-        met_at[open_pairs[met]] = step
+        met_at[open_pairs[met].cpu()] = step
         open_pairs = open_pairs[~met]
         if len(open_pairs) == 0 or step == descent.most_steps:
             break
         a, b = a.clone(), b.clone()
-        a[open_pairs], b[open_pairs] = _step(net, a[open_pairs], b[open_pairs], descent.step)
-        a, b = a.clamp(lower, upper), b.clamp(lower, upper)
+        moved = _step(field, a[open_pairs], b[open_pairs], descent.step)
+        for ends, new, moves in zip((a, b), moved, descent.moves, strict=True):
+            if moves:
+                ends[open_pairs] = new.clamp(lower, upper)
         from_start.append(a)
         from_goal.append(b)
-    there, back = torch.stack(from_start, dim=1), torch.stack(from_goal, dim=1)
+    there, back = torch.stack(from_start, dim=1).cpu(), torch.stack(from_goal, dim=1).cpu()
     return [
         torch.cat([there[i, : m + 1], back[i, : m + 1].flip(0)]) if m >= 0 else None
         for i, m in enumerate(met_at.tolist())
     ]
 
 
-@torch.no_grad()
-def _step(net: TimeField, a: Tensor, b: Tensor, alpha: float) -> tuple[Tensor, Tensor]:
-    """Both ends (n, d) after one step of equation 5."""
-    stretch, slope_a, slope_b = net(a, b)
+def gradients(field: Field, a: Tensor, b: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Travel times (n,) between (n, d) and (n, d), and their gradients (n, d) at both ends."""
+    stretch, slope_a, slope_b = field(a, b)
     offset = a - b
     distance = offset.norm(dim=-1, keepdim=True)
     ratio = stretch.exp()[:, None]
-    gradients = (
+    return (
+        (ratio * distance).squeeze(-1),
         ratio * (offset / distance + distance * slope_a),
         ratio * (-offset / distance + distance * slope_b),
     )
-    squares = [(g**2).sum(-1, keepdim=True).clamp_min(1e-12) for g in gradients]
-    return a - alpha * gradients[0] / squares[0], b - alpha * gradients[1] / squares[1]
+
+
+@torch.no_grad()
+def _step(field: Field, a: Tensor, b: Tensor, alpha: float) -> tuple[Tensor, Tensor]:
+    """Both ends (n, d) after one step of equation 5."""
+    _, *both = gradients(field, a, b)
+    squares = [(g**2).sum(-1, keepdim=True).clamp_min(1e-12) for g in both]
+    return a - alpha * both[0] / squares[0], b - alpha * both[1] / squares[1]

@@ -19,14 +19,23 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from planners.fields.activations import sine, squareplus
+from planners.fields.operators import OPERATORS, Operator
+from planners.fields.workspace import WSpaceEncoder
+
 
 @dataclass(frozen=True)
 class FieldShape:
-    """The sizes of a network.
+    """What a network is made of.
 
-    `dimension` is d; `frequencies` the number of random Fourier features; `width` that of all
-    hidden layers and of each of the two feature vectors of a configuration; `speed_ratio` is
-    d_max / d_min, which bounds the stretch.
+    Attributes:
+        dimension: d.
+        frequencies: number of random Fourier features.
+        width: of all hidden layers, and half of the number of features of a configuration.
+        speed_ratio: d_max / d_min, which bounds the stretch.
+        operator: how two configurations' features are combined, see `OPERATORS`.
+        bounded: whether the stretch is bounded.
+        workspace: whether there is a w-space encoder.
     """
 
     dimension: int
@@ -35,6 +44,14 @@ class FieldShape:
     encoder_blocks: int = 2
     generator_blocks: int = 2
     speed_ratio: float = 10.0
+    operator: str = "smooth"
+    bounded: bool = True
+    workspace: bool = False
+
+    @property
+    def features(self) -> int:
+        """Of one configuration."""
+        return (4 if self.workspace else 2) * self.width
 
 
 class SineBlock(nn.Module):
@@ -46,9 +63,9 @@ class SineBlock(nn.Module):
         self.second = nn.Linear(width, width)
 
     def forward(self, x: Tensor, jacobian: Tensor) -> tuple[Tensor, Tensor]:
-        """New features (n, w) and Jacobian (d, n, w)."""
-        y, dy = _sine(*_linear(self.first, x, jacobian))
-        y, dy = _sine(*_linear(self.second, y, dy))
+        """New features (n, w) and Jacobian (k, n, w)."""
+        y, dy = _sine_layer(self.first, x, jacobian)
+        y, dy = _sine_layer(self.second, y, dy)
         return x + y, jacobian + dy
 
 
@@ -67,90 +84,111 @@ class CSpaceEncoder(nn.Module):
         self.blocks = nn.ModuleList(SineBlock(shape.width) for _ in range(shape.encoder_blocks))
         self.last = nn.Linear(shape.width, 2 * shape.width)
 
-    def forward(self, q: Tensor) -> tuple[Tensor, Tensor]:
-        """Features (n, 2 width) and their Jacobian (d, n, 2 width) for configurations (n, d)."""
-        x, jacobian = self._inputs(q)
-        x, jacobian = _sine(*_linear(self.first, x, jacobian))
+    def forward(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
+        """Features (n, 2 width) of configurations (n, d), and their derivatives (k, n, 2 width)
+        along `directions` (k, d)."""
+        x, jacobian = self._inputs(q, directions)
+        x, jacobian = _sine_layer(self.first, x, jacobian)
         for block in self.blocks:
             x, jacobian = block(x, jacobian)
-        return _linear(self.last, x, jacobian)
+        return self.last(x), functional.linear(jacobian, self.last.weight)
 
-    def _inputs(self, q: Tensor) -> tuple[Tensor, Tensor]:
+    def _inputs(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
         phase = q @ self.waves.T * (2 * math.pi)
         sine, cosine = phase.sin(), phase.cos()
-        n, d = q.shape
-        turn = (2 * math.pi * self.waves.T)[:, None, :]
-        identity = 2 * torch.eye(d, dtype=q.dtype, device=q.device)[:, None, :].expand(d, n, d)
+        turn = (2 * math.pi * directions @ self.waves.T)[:, None, :]
+        straight = 2 * directions[:, None, :].expand(-1, *q.shape)
         return (
             torch.cat([2 * q, sine, cosine], dim=-1),
-            torch.cat([identity, cosine * turn, -sine * turn], dim=-1),
+            torch.cat([straight, cosine * turn, -sine * turn], dim=-1),
         )
 
 
-class TimeFieldGenerator(nn.Module):
-    """Stretch from the combined features of two configurations, with its derivative by them."""
+class Bound(nn.Module):
+    """A number mapped between -0.08 and 1.1 log(speed ratio) - 0.08, and the derivative."""
 
-    def __init__(self, shape: FieldShape) -> None:
+    def __init__(self, speed_ratio: float) -> None:
         super().__init__()
-        self.first = nn.Linear(2 * shape.width, shape.width)
+        self.scale = 1.1 * math.log(speed_ratio)
+
+    def forward(self, y: Tensor) -> tuple[Tensor, Tensor]:
+        gate = torch.sigmoid(y - 1)
+        return self.scale * gate - 0.08, self.scale * gate * (1 - gate)
+
+
+class Unbounded(nn.Module):
+    """A number as it is, and the derivative."""
+
+    def forward(self, y: Tensor) -> tuple[Tensor, Tensor]:
+        return y, torch.ones_like(y)
+
+
+@dataclass(frozen=True)
+class Tape:
+    """What the generator remembers for its reverse pass: the slopes of its layers."""
+
+    first: Tensor
+    blocks: list[Tensor]
+    head: Tensor
+
+
+class TimeFieldGenerator(nn.Module):
+    """Stretch from the combined features of two configurations."""
+
+    def __init__(self, shape: FieldShape, inputs: int) -> None:
+        super().__init__()
+        self.first = nn.Linear(inputs, shape.width)
         self.blocks = nn.ModuleList(
             nn.Linear(shape.width, shape.width) for _ in range(shape.generator_blocks)
         )
         self.last = nn.Linear(shape.width, 1)
-        self._scale = 1.1 * math.log(shape.speed_ratio)
+        self.head = Bound(shape.speed_ratio) if shape.bounded else Unbounded()
 
-    def forward(self, features: Tensor) -> tuple[Tensor, Tensor]:
-        """Stretch (n,) and its derivative (n, 2 width) by `features` (n, 2 width)."""
-        z = self.first(features)
-        x, bend = _squareplus(z)
-        bends = []
-        layers = cast(list[nn.Linear], list(self.blocks))
-        for layer in layers:
-            y, slope = _squareplus(layer(x))
-            bends.append(slope)
+    def forward(self, features: Tensor) -> tuple[Tensor, Tape]:
+        """Stretch (n,) for `features` (n, inputs), and what `back` needs."""
+        x, first = squareplus(self.first(features))
+        slopes = []
+        for layer in self.blocks:
+            y, slope = squareplus(layer(x))
+            slopes.append(slope)
             x = x + y
-        gate = torch.sigmoid(self.last(x) - 1)
-        stretch = (self._scale * gate - 0.08).squeeze(-1)
-        back = self._scale * gate * (1 - gate) * self.last.weight
-        for layer, slope in zip(reversed(layers), reversed(bends), strict=True):
+        stretch, head = self.head(self.last(x))
+        return stretch.squeeze(-1), Tape(first, slopes, head)
+
+    def back(self, tape: Tape) -> Tensor:
+        """Derivative (n, inputs) of the stretch by the features."""
+        back = tape.head * self.last.weight
+        layers = cast(list[nn.Linear], list(self.blocks))
+        for layer, slope in zip(reversed(layers), reversed(tape.blocks), strict=True):
             back = back + (back * slope) @ layer.weight
-        return stretch, (back * bend) @ self.first.weight
-
-
-class SymmetricOperator(nn.Module):
-    """A smooth symmetric combination of two feature vectors.
-
-    The features come in halves (phi, psi). The result is (|phi_a - phi_b|, psi_a + psi_b), the
-    first smoothed at 0: up to a linear map the same as the paper's max and min, with a gradient
-    everywhere. Swapping a and b gives exactly the same numbers.
-    """
-
-    smoothing = 1e-2
-
-    def forward(self, a: Tensor, b: Tensor) -> tuple[Tensor, Tensor]:
-        """Combined features (..., w) of two (..., w), and the derivative (..., w / 2) of its
-        first half by phi_a, which is the negative of that by phi_b."""
-        phi_a, psi_a = a.chunk(2, dim=-1)
-        phi_b, psi_b = b.chunk(2, dim=-1)
-        difference = phi_a - phi_b
-        size = torch.sqrt(difference**2 + self.smoothing**2)
-        return torch.cat([size, psi_a + psi_b], dim=-1), difference / size
+        return (back * tape.first) @ self.first.weight
 
 
 class TimeField(nn.Module):
-    """The stretch between pairs of configurations, and its slopes at both ends."""
+    """The stretch between pairs of configurations, and its slopes at both ends.
 
-    def __init__(self, shape: FieldShape) -> None:
+    Args:
+        grid: occupancy of the workspace, for a shape with a w-space encoder.
+
+    Attributes:
+        workspace_weight: lambda, by which the w-space encoder's features count.
+    """
+
+    def __init__(self, shape: FieldShape, grid: Tensor | None = None) -> None:
         super().__init__()
         self.shape = shape
+        self.operator: Operator = OPERATORS[shape.operator]()
         self.encoder = CSpaceEncoder(shape)
-        self.combine = SymmetricOperator()
-        self.generator = TimeFieldGenerator(shape)
+        self.generator = TimeFieldGenerator(shape, self.operator.widening * shape.features)
+        self.workspace_weight = 1.0
+        self.workspace = (
+            WSpaceEncoder(2 * shape.width, grid) if shape.workspace and grid is not None else None
+        )
 
     def forward(self, start: Tensor, goal: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Stretch (n,) and its gradients (n, d) by starts and goals (n, d)."""
         n = len(start)
-        features, jacobian = self.encoder(torch.cat([start, goal]))
+        features, jacobian = self._features(torch.cat([start, goal]), self._axes(start))
         return self._pairs(features[:n], jacobian[:, :n], features[n:], jacobian[:, n:])
 
     def all_pairs(self, starts: Tensor, goals: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -165,27 +203,52 @@ class TimeField(nn.Module):
         groups, s, d = starts.shape
         t = goals.shape[1]
         points = torch.cat([starts, goals], dim=1)
-        features, jacobian = self.encoder(points.reshape(-1, d))
+        features, jacobian = self._features(points.reshape(-1, d), self._axes(starts))
         features = features.reshape(groups, s + t, -1)
         jacobian = jacobian.reshape(d, groups, s + t, -1)
         return self._pairs(
-            features[:, :s, None],
+            features[:, :s, None].expand(-1, -1, t, -1),
             jacobian[:, :, :s, None],
-            features[:, None, s:],
+            features[:, None, s:].expand(-1, s, -1, -1),
             jacobian[:, :, None, s:],
+        )
+
+    def stretch(self, sources: Tensor, goals: Tensor) -> Tensor:
+        """The stretch (g, t) alone, between sources (g, d) and goals (g, t, d) of each."""
+        groups, t, d = goals.shape
+        points = torch.cat([sources[:, None], goals], dim=1).reshape(-1, d)
+        features, _ = self._features(points, points.new_zeros(0, d))
+        features = features.reshape(groups, 1 + t, -1)
+        combined, _ = self.operator.combine(
+            features[:, :1].expand(-1, t, -1).reshape(groups * t, -1),
+            features[:, 1:].reshape(groups * t, -1),
+        )
+        stretch: Tensor = self.generator(combined)[0]
+        return stretch.reshape(groups, t)
+
+    def _axes(self, like: Tensor) -> Tensor:
+        return torch.eye(self.shape.dimension, dtype=like.dtype, device=like.device)
+
+    def _features(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
+        """Features (n, f) of configurations (n, d), and their derivatives (k, n, f) along
+        `directions` (k, d)."""
+        direct: tuple[Tensor, Tensor] = self.encoder(q, directions)
+        if self.workspace is None:
+            return direct
+        local = self.workspace(q, directions)
+        return (
+            _halves_joined(direct[0], self.workspace_weight * local[0]),
+            _halves_joined(direct[1], self.workspace_weight * local[1]),
         )
 
     def _pairs(
         self, at_start: Tensor, by_start: Tensor, at_goal: Tensor, by_goal: Tensor
     ) -> tuple[Tensor, Tensor, Tensor]:
-        combined, bend = self.combine(at_start, at_goal)
+        combined, bend = self.operator.combine(at_start, at_goal)
         shape = combined.shape[:-1]
-        stretch, back = self.generator(combined.reshape(-1, combined.shape[-1]))
-        back = back.reshape(combined.shape)
-        by_phi, by_psi = back.chunk(2, dim=-1)
-        by_phi = by_phi * bend
-        toward_start = torch.cat([by_phi, by_psi], dim=-1)
-        toward_goal = torch.cat([-by_phi, by_psi], dim=-1)
+        stretch, tape = self.generator(combined.reshape(-1, combined.shape[-1]))
+        back = self.generator.back(tape).reshape(combined.shape)
+        toward_start, toward_goal = self.operator.back(back, bend)
         return (
             stretch.reshape(shape),
             _contract(toward_start, by_start),
@@ -193,20 +256,17 @@ class TimeField(nn.Module):
         )
 
 
+def _halves_joined(a: Tensor, b: Tensor) -> Tensor:
+    """Two kinds of features as one, first halves first: operators treat the halves apart."""
+    (a0, a1), (b0, b1) = a.chunk(2, dim=-1), b.chunk(2, dim=-1)
+    return torch.cat([a0, b0, a1, b1], dim=-1)
+
+
 def _contract(by_features: Tensor, jacobian: Tensor) -> Tensor:
     """Derivatives by features (..., w) and their Jacobian (d, ..., w) to gradients (..., d)."""
     return torch.stack([(by_features * column).sum(-1) for column in jacobian], dim=-1)
 
 
-def _linear(layer: nn.Linear, x: Tensor, jacobian: Tensor) -> tuple[Tensor, Tensor]:
-    return layer(x), functional.linear(jacobian, layer.weight)
-
-
-def _sine(x: Tensor, jacobian: Tensor) -> tuple[Tensor, Tensor]:
-    return x.sin(), x.cos() * jacobian
-
-
-def _squareplus(x: Tensor) -> tuple[Tensor, Tensor]:
-    """(x + sqrt(x^2 + 1)) / 2, a smooth ReLU, and its derivative."""
-    root = torch.sqrt(x**2 + 1)
-    return (x + root) / 2, (1 + x / root) / 2
+def _sine_layer(layer: nn.Linear, x: Tensor, jacobian: Tensor) -> tuple[Tensor, Tensor]:
+    y, slope = sine(layer(x))
+    return y, slope * functional.linear(jacobian, layer.weight)

@@ -53,19 +53,33 @@ def log_slowness_error(log_speed: Tensor, stretch: Tensor, offset: Tensor, slope
     return log_speed + stretch + steepness.clamp_min(1e-12).log()
 
 
-def subsolution_loss(error: Tensor, stretch: Tensor, pull: float, slack_weight: float) -> Tensor:
+def subsolution_loss(
+    error: Tensor,
+    stretch: Tensor,
+    distance: Tensor,
+    *,
+    pull: float,
+    pull_distance: float,
+    slack_weight: float,
+) -> Tensor:
     """The loss that has the *largest* subsolution of the Eikonal equation as its minimum.
 
     Many fields satisfy |grad T| S* = 1 almost everywhere; every one of them is at most the true
     travel time, which is the largest field with |grad T| S* <= 1 (the viscosity solution). So
-    steepness above 1 costs as in equation 4, slack costs `slack_weight` < 1 times that, and the
-    mean of `stretch` = log(T / |qs - qg|) is pulled up.
+    steepness above 1 costs as in equation 4, slack costs `slack_weight` < 1 times that, and
+    `stretch` = log(T / |qs - qg|) is pulled up.
+
+    Near pairs are pulled in proportion to their distance. Else a jump of T close to the goal would
+    pay: it costs in a small ball only, but raises the stretch of all near pairs a lot.
 
     Args:
-        error: (...), `log_slowness_error` at any ends.
-        stretch: (...) of the same pairs.
+        error: (..., n), `log_slowness_error` at any ends.
+        stretch: (n) of the same pairs.
+        distance: (n) |qs - qg|.
         pull: weight of the mean stretch.
+        pull_distance: beyond which pairs are pulled with their full weight.
         slack_weight: in 0..1.
     """
     weight = torch.where(error > 0, 1.0, slack_weight)
-    return (weight * 2 * torch.sinh(error.abs() / 2)).mean() - pull * stretch.mean()
+    pulled = (distance / pull_distance).clamp(max=1) * stretch
+    return (weight * 2 * torch.sinh(error.abs() / 2)).mean() - pull * pulled.mean()

@@ -68,6 +68,56 @@ class GroupPlan:
         return self.starts + self.goals
 
 
+class PointSampler:
+    """Draws configurations, some of them near surfaces.
+
+    Args:
+        lower, upper: (d,) bounds in the networks' space.
+        clearance: (n, d) -> (n,), in the networks' space and unit.
+        near_share: share of the points that lie near the surface of obstacles.
+        nearest, farthest: what near means.
+    """
+
+    _CANDIDATES = 8  # drawn for each near point, among which near ones are sought
+
+    def __init__(
+        self,
+        lower: Array,
+        upper: Array,
+        clearance: Callable[[Array], Array],
+        near_share: float = 0.3,
+        nearest: float = -0.01,
+        farthest: float = 0.09,
+    ) -> None:
+        self._lower = lower
+        self._upper = upper
+        self._clearance = clearance
+        self._near_share = near_share
+        self._nearest = nearest
+        self._farthest = farthest
+
+    @staticmethod
+    def of(env: Environment) -> PointSampler:
+        """A sampler of an environment's configurations."""
+        scale = Scale.of(env)
+        return PointSampler(
+            scale.shrink(env.lower),
+            scale.shrink(env.upper),
+            lambda x: env.clearance(scale.grow(x)) / scale.extent,
+        )
+
+    def draw(self, rng: np.random.Generator, n: int) -> Array:
+        """Points (n, d) in random order, in the networks' space."""
+        wanted = round(self._near_share * n)
+        candidates = rng.uniform(
+            self._lower, self._upper, (self._CANDIDATES * wanted, len(self._lower))
+        )
+        clearance = self._clearance(candidates)
+        near = candidates[(clearance > self._nearest) & (clearance < self._farthest)][:wanted]
+        spread = rng.uniform(self._lower, self._upper, (n - len(near), len(self._lower)))
+        return rng.permutation(np.concatenate([near, spread]))
+
+
 class GroupSampler:
     """Draws groups of configurations with the speed at each.
 

@@ -1,103 +1,223 @@
-"""Training a time field as the largest subsolution of the Eikonal equation."""
+"""Training a time field on an objective, interruptible at any step."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import monotonic
+from typing import Any, ClassVar, Protocol
 
-import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import nn
 
-from planners.fields.networks import TimeField
-from planners.fields.physics import log_slowness_error, subsolution_loss
-from planners.fields.sampling import GroupPlan, GroupSampler
+from envs.seeding import stream
+from planners.fields.objectives import Objective
+
+_CHECKPOINT_EVERY_S = 20.0
+_LOSSES_KEPT = 50
+
+
+@dataclass(frozen=True)
+class Rollback:
+    """After an epoch whose loss is `factor` times that before, one of the last `kept` states is
+    taken up again."""
+
+    epoch_steps: int = 100
+    factor: float = 1.2
+    kept: int = 5
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How a field is trained. Shares are of the training's steps.
+    """How a field is optimised. The learning rate falls along a cosine to `last_rate_share`."""
 
-    `pull` and `slack_weight` (see `subsolution_loss`) go from their first to their last value
-    between `anneal_from` and `anneal_to`, the latter in log scale; neither ever becomes neutral,
-    or the field would settle on one of the many lesser solutions.
-    """
-
-    steps: int = 3000
+    steps: int = 2500
     learning_rate: float = 2e-3
     warm_up_steps: int = 200
     last_rate_share: float = 0.02
+    weight_decay: float = 0.0
+    betas: tuple[float, float] = (0.9, 0.99)
     gradient_limit: float = 1.0
     averaging: float = 0.999
-    pull: tuple[float, float] = (0.3, 0.1)
-    slack_weight: tuple[float, float] = (0.1, 0.2)
-    anneal_from: float = 0.3
-    anneal_to: float = 0.8
+    rollback: Rollback | None = None
 
-    def rate(self, step: int) -> float:
-        """The learning rate of a step: linear warm-up, then cosine decay."""
-        cosine = 0.5 * (1 + math.cos(math.pi * step / self.steps))
+    def rate(self, step: int, share: float) -> float:
+        """The learning rate of a step at a share of the training: linear warm-up, cosine decay."""
+        cosine = 0.5 * (1 + math.cos(math.pi * share))
         decay = self.last_rate_share + (1 - self.last_rate_share) * cosine
         return self.learning_rate * min(1.0, (step + 1) / self.warm_up_steps) * decay
 
-    def weights(self, step: int) -> tuple[float, float]:
-        """`pull` and `slack_weight` of a step."""
-        span = self.anneal_to - self.anneal_from
-        u = min(max((step / self.steps - self.anneal_from) / span, 0.0), 1.0)
-        pull = self.pull[0] + u * (self.pull[1] - self.pull[0])
-        slack = self.slack_weight[0] * (self.slack_weight[1] / self.slack_weight[0]) ** u
-        return pull, slack
+
+class _EpochGuard:
+    """Carries out a `Rollback`."""
+
+    def __init__(self, rollback: Rollback, seed: int) -> None:
+        self._rollback = rollback
+        self._seed = seed
+        self._before = math.inf
+        self._losses: list[float] = []
+        self._kept: list[tuple[dict[str, Any], dict[str, Any]]] = []
+
+    def after_step(self, state: TrainingState, loss: float) -> None:
+        """Is told the loss of each step."""
+        self._losses.append(loss)
+        if len(self._losses) < self._rollback.epoch_steps:
+            return
+        mean = sum(self._losses) / len(self._losses)
+        self._losses.clear()
+        if self._kept and mean > self._rollback.factor * self._before:
+            choice = int(stream("rollback", self._seed, state.step).integers(len(self._kept)))
+            net, optimiser = deepcopy(self._kept[choice])
+            state.net.load_state_dict(net)
+            state.optimiser.load_state_dict(optimiser)
+            return
+        self._before = mean
+        held = state.net.state_dict(), state.optimiser.state_dict()
+        self._kept = [*self._kept[1 - self._rollback.kept :], deepcopy(held)]
 
 
-def group_loss(
-    net: TimeField, points: Tensor, log_speed: Tensor, plan: GroupPlan, pull: float, slack: float
-) -> Tensor:
-    """The loss over all pairs of starts and goals of each group, at both ends.
+class Length(Protocol):
+    """How long a training is."""
 
-    Args:
-        points: (g, starts + goals, d), in the networks' space.
-        log_speed: (g, starts + goals).
+    def share(self, step: int, elapsed_s: float) -> float:
+        """How much of it is done after some steps and seconds; it ends at 1."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """So many steps: the same result each time."""
+
+    steps: int
+
+    def share(self, step: int, elapsed_s: float) -> float:
+        return step / self.steps
+
+
+@dataclass(frozen=True)
+class Minutes:
+    """So many minutes of training, whatever they allow."""
+
+    minutes: float
+
+    def share(self, step: int, elapsed_s: float) -> float:
+        return min(1.0, elapsed_s / (60 * self.minutes))
+
+
+@dataclass
+class TrainingState:
+    """Where a training stands.
+
+    Attributes:
+        average: of the weights over later steps, which is the result.
+        data_s, train_s: seconds spent making data, and otherwise.
+        losses: [share, mean loss since the last entry].
     """
-    starts, goals = points[:, : plan.starts], points[:, plan.starts :]
-    stretch, at_start, at_goal = net.all_pairs(starts, goals)
-    offset = starts[:, :, None] - goals[:, None] + 1e-6  # never zero
-    errors = [
-        log_slowness_error(log_speed[:, : plan.starts, None], stretch, offset, at_start),
-        log_slowness_error(log_speed[:, None, plan.starts :], stretch, -offset, at_goal),
-    ]
-    return subsolution_loss(torch.stack(errors), stretch, pull, slack)
+
+    net: nn.Module
+    average: nn.Module
+    optimiser: torch.optim.Optimizer
+    step: int = 0
+    share: float = 0.0
+    data_s: float = 0.0
+    train_s: float = 0.0
+    losses: list[list[float]] = field(default_factory=list)
+    recent: list[float] = field(default_factory=list)
+    latest_loss: float | None = None
+    validation: list[list[float]] = field(default_factory=list)
+
+    _PLAIN: ClassVar = (
+        *("step", "share", "data_s", "train_s"),
+        *("losses", "recent", "latest_loss", "validation"),
+    )
+    _MODULES: ClassVar = ("net", "average", "optimiser")
+
+    @staticmethod
+    def begin(net: nn.Module, recipe: Recipe) -> TrainingState:
+        """Before the first step."""
+        optimiser = torch.optim.AdamW(
+            net.parameters(), betas=recipe.betas, weight_decay=recipe.weight_decay
+        )
+        return TrainingState(net, deepcopy(net), optimiser)
+
+    def save(self, file: Path) -> None:
+        """Writes a checkpoint, whole or not at all."""
+        state: dict[str, Any] = {name: getattr(self, name) for name in self._PLAIN}
+        state |= {name: getattr(self, name).state_dict() for name in self._MODULES}
+        part = file.with_name(file.name + ".part")
+        torch.save(state, part)
+        part.replace(file)
+
+    def load(self, file: Path) -> None:
+        """Goes on from a checkpoint."""
+        state = torch.load(file, weights_only=True)
+        for name in self._MODULES:
+            getattr(self, name).load_state_dict(state[name])
+        for name in self._PLAIN:
+            setattr(self, name, state[name])
 
 
 def train(
-    net: TimeField,
-    sampler: GroupSampler,
-    plan: GroupPlan,
+    state: TrainingState,
+    objective: Objective,
     recipe: Recipe,
+    length: Length,
     seed: int,
-    report: Callable[[int, float], None] = lambda step, loss: None,
-) -> TimeField:
-    """Trains `net` in place and gives the average of its weights over the later steps.
+    checkpoint: Callable[[TrainingState], None] = lambda state: None,
+    report: Callable[[TrainingState], None] = lambda state: None,
+) -> nn.Module:
+    """Trains until `length` is over, and gives the averaged weights.
+
+    Every step has a random stream of its own, so that a training that was interrupted goes on as
+    if it had not been.
 
     Args:
-        report: is told the step and its loss.
+        objective: prepared.
+        checkpoint: is called now and then.
+        report: is called after every step.
     """
-    rng = np.random.default_rng([seed, 1])
-    average = deepcopy(net)
-    optimiser = torch.optim.AdamW(net.parameters(), betas=(0.9, 0.99), weight_decay=0.0)
-    for step in range(recipe.steps):
-        points, log_speed = (torch.from_numpy(a.astype(np.float32)) for a in sampler.draw(rng))
-        for group in optimiser.param_groups:
-            group["lr"] = recipe.rate(step)
-        optimiser.zero_grad()
-        loss = group_loss(net, points, log_speed, plan, *recipe.weights(step))
-        loss.backward()  # type: ignore[no-untyped-call]
-        nn.utils.clip_grad_norm_(net.parameters(), recipe.gradient_limit)
-        optimiser.step()
-        keep = min(recipe.averaging, (step + 1) / (step + 10))
-        with torch.no_grad():
-            for mean, now in zip(average.parameters(), net.parameters(), strict=True):
-                mean.lerp_(now, 1 - keep)
-        report(step, loss.item())
-    return average
+    saved = monotonic()
+    guard = _EpochGuard(recipe.rollback, seed) if recipe.rollback else None
+    while state.share < 1.0:
+        begin = monotonic()
+        device = next(state.net.parameters()).device
+        batch = objective.draw(stream("field training", seed, state.step))
+        batch = tuple(part.to(device) for part in batch)
+        drawn = monotonic()
+        loss = _step(state, objective, batch, recipe)
+        state.recent.append(loss)
+        state.latest_loss = loss
+        state.step += 1
+        if guard is not None:
+            guard.after_step(state, loss)
+        state.data_s += drawn - begin
+        state.train_s += monotonic() - drawn
+        before, state.share = state.share, length.share(state.step, state.train_s)
+        if int(before * _LOSSES_KEPT) != int(state.share * _LOSSES_KEPT):
+            state.losses.append([state.share, sum(state.recent) / len(state.recent)])
+            state.recent.clear()
+        report(state)
+        if monotonic() - saved > _CHECKPOINT_EVERY_S:
+            checkpoint(state)
+            saved = monotonic()
+    return state.average
+
+
+def _step(
+    state: TrainingState, objective: Objective, batch: tuple[torch.Tensor, ...], recipe: Recipe
+) -> float:
+    """One step of the optimiser and of the average; the loss before it."""
+    for group in state.optimiser.param_groups:
+        group["lr"] = recipe.rate(state.step, state.share)
+    state.optimiser.zero_grad()
+    loss = objective.loss(state.net, batch, state.share)
+    loss.backward()  # type: ignore[no-untyped-call]
+    nn.utils.clip_grad_norm_(state.net.parameters(), recipe.gradient_limit)
+    state.optimiser.step()
+    keep = min(recipe.averaging, (state.step + 1) / (state.step + 10))
+    with torch.no_grad():
+        for mean, now in zip(state.average.parameters(), state.net.parameters(), strict=True):
+            mean.lerp_(now, 1 - keep)
+    return loss.item()

@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import Tensor, nn
 
-from planners.fields.execution import Descent, bidirectional
+from planners.fields.execution import Descent, descend
 from planners.fields.networks import FieldShape, TimeField
 
 LOWER, UPPER = torch.full((3,), -0.5), torch.full((3,), 0.5)
@@ -42,7 +42,7 @@ def pairs(n: int) -> tuple[Tensor, Tensor]:
 def test_constant_speed_gives_straight_paths_with_steps_of_that_length(speed: float) -> None:
     starts, goals = pairs(20)
     descent = Descent(step=0.03)
-    paths = bidirectional(Constant(speed), starts, goals, LOWER, UPPER, descent)  # type: ignore[arg-type]
+    paths = descend(Constant(speed), starts, goals, LOWER, UPPER, descent)
     for path, start, goal in zip(paths, starts, goals, strict=True):
         assert path is not None
         assert torch.equal(path[0], start)
@@ -58,9 +58,23 @@ def test_constant_speed_gives_straight_paths_with_steps_of_that_length(speed: fl
 def test_ends_that_are_close_are_joined_at_once() -> None:
     starts, _ = pairs(3)
     goals = starts + 0.01
-    for path in bidirectional(Constant(1.0), starts, goals, LOWER, UPPER, Descent()):  # type: ignore[arg-type]
+    for path in descend(Constant(1.0), starts, goals, LOWER, UPPER, Descent()):
         assert path is not None
         assert len(path) == 2
+
+
+@pytest.mark.parametrize("moves", [(True, False), (False, True)])
+def test_one_end_alone_goes_all_the_way(moves: tuple[bool, bool]) -> None:
+    starts, goals = pairs(10)
+    descent = Descent(step=0.02, moves=moves)
+    for path, start, goal in zip(
+        descend(Constant(1.0), starts, goals, LOWER, UPPER, descent), starts, goals, strict=True
+    ):
+        assert path is not None
+        assert torch.equal(path[0], start)
+        assert torch.equal(path[-1], goal)
+        still = path[len(path) // 2 :] if moves[0] else path[: len(path) // 2]
+        assert torch.equal(still, still[:1].expand_as(still))
 
 
 def test_ends_that_never_meet_give_none() -> None:
@@ -69,14 +83,14 @@ def test_ends_that_never_meet_give_none() -> None:
         torch.tensor([[0.4, 0, 0], [0, 0, 0.05]]),
     )
     slow = Descent(step=0.001, most_steps=10)
-    far, near = bidirectional(Constant(1.0), starts, goals, LOWER, UPPER, slow)  # type: ignore[arg-type]
+    far, near = descend(Constant(1.0), starts, goals, LOWER, UPPER, slow)
     assert far is None
     assert near is not None
 
 
 def test_paths_stay_within_the_bounds() -> None:
     starts, goals = pairs(50)
-    for path in bidirectional(Outward(1.0), starts, goals, LOWER, UPPER, Descent()):  # type: ignore[arg-type]
+    for path in descend(Outward(1.0), starts, goals, LOWER, UPPER, Descent()):
         if path is not None:
             assert (path >= LOWER).all()
             assert (path <= UPPER).all()
@@ -86,8 +100,8 @@ def test_swapping_start_and_goal_reverses_the_path() -> None:
     torch.manual_seed(3)
     net = TimeField(FieldShape(3, frequencies=8, width=32))
     starts, goals = pairs(10)
-    there = bidirectional(net, starts, goals, LOWER, UPPER, Descent())
-    back = bidirectional(net, goals, starts, LOWER, UPPER, Descent())
+    there = descend(net, starts, goals, LOWER, UPPER, Descent())
+    back = descend(net, goals, starts, LOWER, UPPER, Descent())
     for a, b in zip(there, back, strict=True):
         assert (a is None) == (b is None)
         if a is not None and b is not None:

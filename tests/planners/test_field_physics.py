@@ -75,24 +75,38 @@ def test_equation_4_is_zero_where_speeds_agree_and_the_same_both_ways() -> None:
     assert eikonal_loss(torch.tensor(4.0), torch.tensor(1.0)).item() == pytest.approx(1.5)
 
 
+def loss(error: Tensor, stretch: Tensor, distance: Tensor, pull: float, slack: float) -> float:
+    return subsolution_loss(
+        error, stretch, distance, pull=pull, pull_distance=0.25, slack_weight=slack
+    ).item()
+
+
 def test_equation_4_in_terms_of_the_error() -> None:
     error = torch.linspace(-3, 3, 101, dtype=torch.float64)
     by_speeds = eikonal_loss(error.exp(), torch.ones_like(error))
     assert torch.allclose(by_speeds, 2 * torch.sinh(error.abs() / 2))
     nothing = torch.zeros_like(error)
-    both_ways = subsolution_loss(error, nothing, pull=0.0, slack_weight=1.0)
-    assert both_ways.item() == pytest.approx(by_speeds.mean().item())
+    both_ways = loss(error, nothing, nothing, pull=0.0, slack=1.0)
+    assert both_ways == pytest.approx(by_speeds.mean().item())
 
 
 def test_the_subsolution_loss_prefers_the_largest_time() -> None:
     """At constant speed every T = k |qs - qg| with k <= 1 / S is a subsolution: the loss falls up
     to k = 1 / S and rises beyond."""
-    speed = 0.5
+    speed, far = 0.5, torch.ones(1, dtype=torch.float64)
     stretch = torch.linspace(0, 2 * math.log(1 / speed), 201, dtype=torch.float64)
     error = math.log(speed) + stretch  # |grad T| = k
     losses = [
-        subsolution_loss(e[None], c[None], pull=0.3, slack_weight=0.1).item()
+        loss(e[None], c[None], far, pull=0.3, slack=0.1)
         for e, c in zip(error, stretch, strict=True)
     ]
     best = stretch[int(torch.tensor(losses).argmin())]
     assert best.item() == pytest.approx(math.log(1 / speed), abs=0.01)
+
+
+def test_near_pairs_are_pulled_in_proportion_to_their_distance() -> None:
+    stretch, no_error = torch.ones(1), torch.zeros(1)
+    pulled = [
+        -loss(no_error, stretch, torch.tensor([d]), pull=1.0, slack=0.1) for d in (0.125, 0.25, 1)
+    ]
+    assert pulled == pytest.approx([0.5, 1, 1])

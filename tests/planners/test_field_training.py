@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import torch
 
 from envs import Environment
+from planners.fields import training
 from planners.fields.networks import FieldShape, TimeField
-from planners.fields.sampling import GroupPlan, GroupSampler, Scale
-from planners.fields.training import Recipe, train
+from planners.fields.objectives import Batch, LargestSubsolution, ramp
+from planners.fields.sampling import GroupPlan, GroupSampler, PointSampler, Scale
+from planners.fields.training import (
+    Minutes,
+    Recipe,
+    Rollback,
+    Steps,
+    TrainingState,
+    train,
+)
 
 
 def test_scale_is_the_unit_cube_and_back(c3d: Environment) -> None:
@@ -43,6 +54,17 @@ def test_groups_are_local_or_spread_and_partly_near_surfaces(c3d: Environment) -
     assert np.median(reach[:200]) < 0.2 < reach[200:].min()
 
 
+def test_points_of_labels_are_inside_and_partly_near_surfaces(c3d: Environment) -> None:
+    points = PointSampler.of(c3d).draw(np.random.default_rng(5), 4000)
+    assert points.shape == (4000, 3)
+    assert np.abs(points).max() <= 0.5
+    clearance = c3d.clearance(20 * points) / 20
+    spread = np.random.default_rng(6).uniform(-10, 10, (4000, 3))
+    plain = c3d.clearance(spread) / 20
+    near, by_chance = (((c > -0.01) & (c < 0.09)).mean() for c in (clearance, plain))
+    assert near == pytest.approx(0.3 + 0.7 * by_chance, abs=0.03)
+
+
 def test_starts_and_goals_are_drawn_alike(c3d: Environment) -> None:
     plan = GroupPlan(groups=2000, near_share=0.6)
     _, log_speed = GroupSampler.of(c3d, plan).draw(np.random.default_rng(4))
@@ -52,29 +74,48 @@ def test_starts_and_goals_are_drawn_alike(c3d: Environment) -> None:
 
 def test_schedules() -> None:
     recipe = Recipe(steps=1000)
-    assert recipe.rate(0) == pytest.approx(recipe.learning_rate / 200)
-    assert recipe.rate(1000) == pytest.approx(0.02 * recipe.learning_rate)
-    assert recipe.weights(0) == (0.3, 0.1)
-    assert recipe.weights(550) == pytest.approx((0.2, 0.02**0.5))
-    assert recipe.weights(1000) == pytest.approx((0.1, 0.2))
+    assert recipe.rate(0, 0.0) == pytest.approx(recipe.learning_rate / 200)
+    assert recipe.rate(1000, 1.0) == pytest.approx(0.02 * recipe.learning_rate)
+    objective = LargestSubsolution()
+    assert objective.weights(0.0) == (0.3, 0.1)
+    assert objective.weights(0.55) == pytest.approx((0.2, 0.02**0.5))
+    assert objective.weights(1.0) == pytest.approx((0.1, 0.2))
+    assert [ramp(share, 0.25, 0.5) for share in (0.0, 0.3, 0.5, 1.0)] == pytest.approx(
+        [0, 0.2, 1, 1]
+    )
+    assert [ramp(share, 0.0, 0.0) for share in (0.0, 1.0)] == [1, 1]
+    assert Steps(10).share(5, 1e9) == 0.5
+    assert Minutes(0.5).share(10**9, 15.0) == 0.5
+    assert Minutes(0.5).share(0, 60.0) == 1
 
 
-def test_a_ramp_of_speed_is_learned() -> None:
-    """S = 0.55 + 0.9 x on [-0.5, 0.5]: T(a, b) = |log(S(b) / S(a))| / 0.9, to 2 %."""
+class Ramp(LargestSubsolution):
+    """S = 0.55 + 0.9 x on [-0.5, 0.5]."""
 
+    def __init__(self, **plan: float) -> None:
+        super().__init__(GroupPlan(near_share=0.0, **plan))  # type: ignore[arg-type]
+        self._sampler = GroupSampler(
+            np.full(1, -0.5), np.full(1, 0.5), lambda x: x[:, 0], self.speed, self.plan
+        )
+
+    @staticmethod
     def speed(x: np.ndarray) -> np.ndarray:
         return 0.55 + 0.9 * x
 
-    plan = GroupPlan(near_share=0.0)
-    bounds = np.full(1, -0.5), np.full(1, 0.5)
-    sampler = GroupSampler(*bounds, lambda x: x[:, 0], speed, plan)
+
+def begun(width: int, recipe: Recipe) -> TrainingState:
     torch.manual_seed(0)
-    net = TimeField(FieldShape(1, frequencies=8, width=32))
-    losses = []
-    field = train(
-        net, sampler, plan, Recipe(steps=800), seed=0, report=lambda _, loss: losses.append(loss)
-    )
-    assert len(losses) == 800
+    return TrainingState.begin(TimeField(FieldShape(1, frequencies=8, width=width)), recipe)
+
+
+def test_a_ramp_of_speed_is_learned() -> None:
+    """T(a, b) = |log(S(b) / S(a))| / 0.9, to 2 %."""
+    recipe = Recipe(steps=800)
+    state = begun(32, recipe)
+    field = train(state, Ramp(), recipe, Steps(800), seed=0)
+    assert state.step == 800
+    assert len(state.losses) == 50
+    assert state.losses[-1][0] == 1
     ends = torch.linspace(-0.48, 0.48, 60)
     a, b = (x.reshape(-1, 1) for x in torch.meshgrid(ends, ends, indexing="ij"))
     apart = (a - b).abs().squeeze() > 0.05
@@ -82,21 +123,69 @@ def test_a_ramp_of_speed_is_learned() -> None:
     with torch.no_grad():
         stretch, _, _ = field(a, b)
     found = ((a - b).norm(dim=-1) * stretch.exp()).numpy()
-    wanted = np.abs(np.log(speed(b.numpy()) / speed(a.numpy()))).squeeze() / 0.9
+    wanted = np.abs(np.log(Ramp.speed(b.numpy()) / Ramp.speed(a.numpy()))).squeeze() / 0.9
     error = np.abs(found / wanted - 1)
     assert np.median(error) < 0.02
     assert np.quantile(error, 0.9) < 0.04
 
 
-def test_training_is_repeatable() -> None:
-    def trained() -> list[torch.Tensor]:
-        plan = GroupPlan(groups=4, near_share=0.0)
-        sampler = GroupSampler(
-            np.full(2, -0.5), np.full(2, 0.5), lambda x: x[:, 0], np.ones_like, plan
-        )
-        torch.manual_seed(5)
-        net = TimeField(FieldShape(2, frequencies=4, width=16))
-        return list(train(net, sampler, plan, Recipe(steps=5), seed=7).parameters())
+def test_an_interrupted_training_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
+    recipe = Recipe(steps=12)
+    file = tmp_path / "checkpoint"
+    whole = train(begun(16, recipe), Ramp(groups=4), recipe, Steps(12), seed=7)
 
-    for a, b in zip(trained(), trained(), strict=True):
+    def stop(state: TrainingState) -> None:
+        if state.step == 5:
+            state.save(file)
+        if state.step == 7:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(begun(16, recipe), Ramp(groups=4), recipe, Steps(12), seed=7, report=stop)
+    state = begun(16, recipe)
+    state.load(file)
+    assert state.step == 5
+    resumed = train(state, Ramp(groups=4), recipe, Steps(12), seed=7)
+    for a, b in zip(whole.parameters(), resumed.parameters(), strict=True):
         assert torch.equal(a, b)
+    other = train(begun(16, recipe), Ramp(groups=4), recipe, Steps(12), seed=8)
+    assert any(
+        not torch.equal(a, b) for a, b in zip(whole.parameters(), other.parameters(), strict=True)
+    )
+
+
+def test_checkpoints_come_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(training, "_CHECKPOINT_EVERY_S", 0.0)
+    recipe = Recipe(steps=3)
+    steps: list[int] = []
+    train(
+        begun(8, recipe),
+        Ramp(groups=2),
+        recipe,
+        Steps(3),
+        seed=0,
+        checkpoint=lambda state: steps.append(state.step),
+    )
+    assert steps == [1, 2, 3]
+
+
+def test_an_epoch_that_gets_much_worse_is_rolled_back() -> None:
+    class Worsening(Ramp):
+        epoch = 0.0
+
+        def loss(self, net: TimeField, batch: Batch, share: float) -> torch.Tensor:
+            self.epoch += 1
+            real = super().loss(net, batch, share)
+            return real - real.detach() + (2.0 if self.epoch > 4 else 1.0)
+
+    recipe = Recipe(steps=6, rollback=Rollback(epoch_steps=2), warm_up_steps=1)
+    state = begun(8, recipe)
+    seen: list[list[torch.Tensor]] = []
+
+    def watch(state: TrainingState) -> None:
+        seen.append([p.detach().clone() for p in state.net.parameters()])
+
+    train(state, Worsening(groups=2), recipe, Steps(6), seed=0, report=watch)
+    last = seen[-1]
+    again = [all(torch.equal(a, b) for a, b in zip(last, s, strict=True)) for s in seen[:-1]]
+    assert again in ([False, True, False, False, False], [False, False, False, True, False])

@@ -1,0 +1,125 @@
+"""What each command of the command line does, given its parsed arguments; the exit code."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+import envs
+import planners
+from bench import runner, training
+from bench.report import files, summary
+from bench.store import Store
+from bench.suite import make_suite
+from envs import InputError
+from envs.registry import Registry
+
+DONE, NOTHING_MEASURED = 0, 3
+
+
+def run(chosen: argparse.Namespace) -> int:
+    suite = make_suite(
+        env=chosen.env,
+        planner=chosen.planners,
+        problems=chosen.problems,
+        seed=chosen.seed,
+        time_limit_s=chosen.time_limit,
+        stop=chosen.stop,
+        jobs=chosen.jobs,
+        memory_limit_mb=chosen.memory_limit,
+        train=not chosen.no_train,
+        device=chosen.device,
+    )
+    folder: Path = chosen.out or Path("results/runs") / suite.arenas[0].entry.spec.id
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with Store(folder) as store:
+        selection = suite.selection()
+        store.put_selection(selection)
+        try:
+            runner.run(suite, store, force=chosen.force, started_s=chosen.started_s)
+        finally:
+            records = files.selected_records(store, selection)
+            text = files.write(folder, records, selection, files.FORMATS)
+            files.write_manifest(folder, records, selection, store.sessions())
+    print(text)
+    print(f"{folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}", file=sys.stderr)
+    return DONE if summary.attempted(records) else NOTHING_MEASURED
+
+
+def train(chosen: argparse.Namespace) -> int:
+    """`bench train`."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    file = training.train(
+        envs.REGISTRY.entry(chosen.env),
+        planners.REGISTRY.entry(chosen.planner),
+        seed=chosen.seed,
+        minutes=chosen.minutes,
+        device=chosen.device,
+        out=chosen.out,
+    )
+    print(file)
+    return DONE
+
+
+def report(chosen: argparse.Namespace) -> int:
+    formats = [f for f in chosen.format.split(",") if f]
+    for name in formats:
+        if name not in files.FORMATS:
+            raise InputError(f"--format: unknown {name!r}; choose from {', '.join(files.FORMATS)}")
+    if chosen.out and len(chosen.dirs) > 1:
+        raise InputError("--out takes one DIR at a time, or their tables would overwrite another")
+    for folder in chosen.dirs:
+        with Store(folder, create=False) as store:
+            selection = store.selection()
+            records = files.selected_records(store, selection)
+        out: Path = chosen.out or folder
+        out.mkdir(parents=True, exist_ok=True)
+        print(files.write(out, records, selection, formats))
+    return DONE
+
+
+def show(chosen: argparse.Namespace) -> int:
+    from bench.report import scene  # matplotlib takes a second, which only this command needs
+
+    world = envs.make(chosen.env)
+    shown = None
+    if chosen.paths is not None:
+        with Store(chosen.paths, create=False) as store:
+            records = files.selected_records(store, store.selection())
+        if chosen.planners != "all":
+            wanted = [entry.id for entry in planners.REGISTRY.entries(chosen.planners)]
+            records = records[records["planner"].isin(wanted)]
+        shown = scene.paths_of_problem(records, world.fingerprint, chosen.problem)
+    scene.draw(world, shown, chosen.out)
+    return DONE
+
+
+def list_(chosen: argparse.Namespace) -> int:
+    wanted: dict[str, Registry[Any]] = {"planners": planners.REGISTRY, "envs": envs.REGISTRY}
+    if chosen.what:
+        wanted = {chosen.what: wanted[chosen.what]}
+    listed = {
+        what: [
+            {
+                "id": spec.id,
+                "description": spec.description,
+                "version": spec.version,
+                "aliases": list(spec.aliases),
+                "groups": list(spec.groups),
+            }
+            for spec in registry.specs()
+        ]
+        for what, registry in wanted.items()
+    }
+    if chosen.json:
+        print(json.dumps(listed, indent=2))
+        return DONE
+    for what, specs in listed.items():
+        print(f"{what}:")
+        for spec in specs:
+            print(f"  {spec['id']:<18} {spec['description']}")
+    return DONE

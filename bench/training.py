@@ -1,0 +1,154 @@
+"""Training learned planners: by command, or on the spot before a run."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import math
+import shlex
+import traceback
+from pathlib import Path
+from time import monotonic
+from typing import TypeGuard
+
+from bench import machine
+from bench.process import SetUp
+from bench.progress import TrainingProgress
+from bench.record import Fault
+from envs import Environment, InputError
+from envs.registry import Entry
+from planners import Planner, weight_files
+from planners.learned import LearnedPlanner, Training
+from planners.weight_files import Manifest
+
+logger = logging.getLogger(__name__)
+
+
+def train(
+    env: Entry[Environment],
+    planner: Entry[Planner],
+    *,
+    seed: int = 0,
+    minutes: float | None = None,
+    device: str = "cpu",
+    out: Path | None = None,
+) -> Path:
+    """Trains a planner for an environment, or goes on where an interrupted training stopped.
+
+    Args:
+        minutes: instead of the planner's own number of steps.
+        out: file or folder of the weights; by default the user's cache. Wherever it is, runs of
+            this user find it.
+
+    Returns:
+        The file of the weights.
+
+    Raises:
+        InputError: the planner needs no training or cannot plan there, or an argument is out of
+            range.
+    """
+    made, world = planner.make(), env.make()
+    _check(made, planner.id, world, seed, minutes)
+    assert isinstance(made, LearnedPlanner)
+    file = _destination(made.name, world, out)
+    checkpoint = _checkpoint(made.name, world, f"{seed} {minutes} {device}")
+    expected = minutes or made.expected_minutes(world)
+    logger.info("training %s for %s, about %.0f minutes", planner.id, env.id, math.ceil(expected))
+    if checkpoint.is_file():
+        logger.info("going on from where an earlier training stopped")
+    with TrainingProgress(made.name) as progress:
+        trained = made.train(world, Training(seed, minutes, device, checkpoint, progress.show))
+    manifest = Manifest(
+        planner=made.name,
+        env=env.id,
+        env_fingerprint=world.fingerprint,
+        settings=trained.settings,
+        seed=seed,
+        data_s=round(trained.data_s, 2),
+        train_s=round(trained.train_s, 2),
+        losses=trained.losses,
+        validation=trained.validation,
+        command=_command(env.id, made.name, seed, minutes, device),
+        machine=machine.describe(),
+    )
+    weight_files.write(file, trained.tensors, manifest)
+    checkpoint.unlink(missing_ok=True)
+    if file != weight_files.cached_file(made.name, world):
+        weight_files.link(file, made.name, world)
+    return file
+
+
+def unready(env: Entry[Environment], planner: Entry[Planner], *, may_train: bool) -> SetUp | None:
+    """Sees to it that a planner has weights where it needs some; else the reason why not."""
+    made, world = planner.make(), env.make()
+    if not _lacks_weights(made, world):
+        return None
+    if not may_train:
+        how = f"bench train --env {env.id} --planner {planner.spec.id}"
+        reason = f"no weights for {env.id}, and --no-train was given; `{how}` makes some"
+        return SetUp(Fault.SKIPPED.value, reason, 0.0)
+    begin = monotonic()
+    try:
+        train(env, planner, device=str(made.device))
+    except InputError:
+        raise
+    except Exception:  # noqa: BLE001  a planner may fail in any way
+        error = traceback.format_exc(limit=-4).strip()
+        logger.warning("training %s failed: %s", planner.id, error.splitlines()[-1])
+        return SetUp(Fault.ERROR.value, f"training: {error}", monotonic() - begin)
+    return None
+
+
+def expected_minutes(env: Entry[Environment], planner: Entry[Planner]) -> float:
+    """About how long a planner has to be trained before it can run."""
+    made, world = planner.make(), env.make()
+    return made.expected_minutes(world) if _lacks_weights(made, world) else 0.0
+
+
+def _lacks_weights(planner: Planner, env: Environment) -> TypeGuard[LearnedPlanner]:
+    return (
+        isinstance(planner, LearnedPlanner)
+        and planner.unsupported(env) is None
+        and planner.weights_file(env) is None
+    )
+
+
+def _check(planner: Planner, id: str, env: Environment, seed: int, minutes: float | None) -> None:
+    if not isinstance(planner, LearnedPlanner):
+        raise InputError(f"{id} needs no training")
+    reason = planner.unsupported(env)
+    if reason is not None:
+        raise InputError(f"{id} cannot plan there: {reason}")
+    if not 0 <= seed < 2**32:
+        raise InputError(f"--seed must be between 0 and {2**32 - 1}, not {seed}")
+    if minutes is not None and not 0.01 <= minutes <= 100_000:
+        raise InputError(f"--minutes must be between 0.01 and 100000, not {minutes}")
+
+
+def _destination(name: str, env: Environment, out: Path | None) -> Path:
+    if out is None:
+        return weight_files.cached_file(name, env)
+    file = out / weight_files.file_name(name, env) if out.is_dir() else out
+    if not file.parent.is_dir():
+        raise InputError(f"--out {out}: there is no folder {file.parent}")
+    return file
+
+
+def _checkpoint(name: str, env: Environment, how: str) -> Path:
+    """A file that no training in another way shares."""
+    folder = weight_files.cache_folder() / "training"
+    digest = hashlib.sha256(how.encode()).hexdigest()[:12]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot keep checkpoints in {folder}: {error}") from error
+    return folder / f"{name}-{env.fingerprint}-{digest}.checkpoint"
+
+
+def _command(env: str, planner: str, seed: int, minutes: float | None, device: str) -> str:
+    words = ["bench", "train", "--env", env, "--planner", planner, "--seed", str(seed)]
+    if minutes is not None:
+        words += ["--minutes", f"{minutes:g}"]
+    if device != "cpu":
+        words += ["--device", device]
+    return shlex.join(words)

@@ -1,0 +1,72 @@
+"""Arrival times on a grid of the speed field, by scikit-fmm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import skfmm
+from scipy.interpolate import RegularGridInterpolator
+
+from envs import Environment
+from envs.problem import Array
+
+
+class SpeedGrid:
+    """An environment's speeds (equation 3) on the nodes of a regular grid.
+
+    Args:
+        resolution: nodes per axis.
+        order: of the finite differences, 1 or 2.
+
+    Attributes:
+        lower: (d,) the first node.
+        spacing: (d,) between nodes.
+        radius: of the sphere about the exact goal on which fronts start.
+    """
+
+    def __init__(self, env: Environment, resolution: int, order: int) -> None:
+        self._axes = [
+            np.linspace(low, high, resolution)
+            for low, high in zip(env.lower, env.upper, strict=True)
+        ]
+        self._order = order
+        self.lower = env.lower
+        self.spacing: Array = (env.upper - env.lower) / (resolution - 1)
+        self.radius = 1.5 * float(self.spacing.max())
+        nodes = np.stack(np.meshgrid(*self._axes, indexing="ij"), axis=-1)
+        speed = env.speed(nodes.reshape(-1, env.dimension))
+        self._speed = speed.reshape((resolution,) * env.dimension)
+
+    def arrival_times(self, goal: Array) -> Array:
+        """Times on the nodes, one axis a dimension, at which a front that leaves the sphere of
+        `radius` about `goal` (d,) arrives; negative within."""
+        times: Array = np.asarray(
+            skfmm.travel_time(
+                self._distance_to(goal) - self.radius,
+                self._speed,
+                dx=self.spacing,
+                order=self._order,
+            )
+        )
+        return times
+
+    def interpolated(self, values: Array, q: Array) -> Array:
+        """`values` on the nodes, multilinearly at configurations (n, d) within the bounds."""
+        found: Array = RegularGridInterpolator(self._axes, values)(q)
+        return found
+
+    def _distance_to(self, goal: Array) -> Array:
+        """Distances from every node to `goal`: its level set of `radius` is where fronts start,
+        a sphere about the exact goal rather than a cell."""
+        squares = [(axis - x) ** 2 for axis, x in zip(self._axes, goal, strict=True)]
+        total = _outer_sum(squares)
+        distance: Array = np.sqrt(total)
+        return distance
+
+
+def _outer_sum(terms: Sequence[Array]) -> Array:
+    total = terms[0]
+    for term in terms[1:]:
+        total = total[..., None] + term
+    return total

@@ -1,0 +1,140 @@
+"""Labels for supervised fields: arrival times by fast marching, from many sources."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from time import monotonic
+
+import numpy as np
+import psutil
+from numpy.typing import NDArray
+
+from envs import Environment
+from envs.seeding import stream
+from planners.fast_marching import SpeedGrid
+from planners.fields.sampling import PointSampler, Scale
+
+Single = NDArray[np.float32]
+
+_BLOCK = 5  # sources a process between two savings
+_NAMES = ("sources", "goals", "stretch")
+
+
+@dataclass(frozen=True)
+class LabelPlan:
+    """How many labels, and from how fine a grid.
+
+    Attributes:
+        sources: fields solved.
+        goals: labels interpolated from each.
+        resolution: nodes per axis of the grid.
+        nearest: goals closer than this many spacings are left out, as the grid is too coarse.
+    """
+
+    sources: int = 300
+    goals: int = 4096
+    resolution: int = 100
+    nearest: float = 3.0
+
+
+@dataclass(frozen=True)
+class Labels:
+    """In the networks' space, float32: sources (s, d), goals (s, g, d), and the stretch (s, g),
+    which is log(T / distance)."""
+
+    sources: Single
+    goals: Single
+    stretch: Single
+
+    def joined(self, others: Sequence[Labels]) -> Labels:
+        """These and others."""
+        parts = zip(*(vars(labels).values() for labels in (self, *others)), strict=True)
+        return Labels(*(np.concatenate(part) for part in parts))
+
+
+def make_labels(
+    env: Environment,
+    plan: LabelPlan,
+    seed: int,
+    kept: Path,
+    report: Callable[[float], None] = lambda share: None,
+) -> tuple[Labels, float]:
+    """Solves the fields, in as many processes as there are cores.
+
+    Args:
+        kept: a file in which finished ones are kept, to go on from.
+        report: is told the share that is done.
+
+    Returns:
+        The labels, and the seconds that they took, those in earlier calls included.
+    """
+    labels, spent = _read(kept, env.dimension, plan)
+    begin = monotonic()
+    processes = psutil.cpu_count(logical=False) or 1
+    block = _BLOCK * processes
+    with ProcessPoolExecutor(
+        processes, mp_context=get_context("spawn"), initializer=_start, initargs=(env, plan, seed)
+    ) as pool:
+        for first in range(len(labels.sources), plan.sources, block):
+            indices = range(first, min(first + block, plan.sources))
+            labels = labels.joined(list(pool.map(_solve, indices)))
+            _write(kept, labels, spent + monotonic() - begin)
+            report(len(labels.sources) / plan.sources)
+    return labels, spent + monotonic() - begin
+
+
+class _Solver:
+    """What each process keeps."""
+
+    def __init__(self, env: Environment, plan: LabelPlan, seed: int) -> None:
+        self._env = env
+        self._plan = plan
+        self._seed = seed
+        self._grid = SpeedGrid(env, plan.resolution, order=2)
+        self._points = PointSampler.of(env)
+        self._scale = Scale.of(env)
+
+    def solve(self, index: int) -> Labels:
+        """Those of source number `index`."""
+        plan, grid, scale = self._plan, self._grid, self._scale
+        rng = stream("field labels", self._seed, index)
+        source = scale.grow(self._points.draw(rng, 1)[0])
+        times = grid.arrival_times(source) + grid.radius / self._env.speed(source[None])[0]
+        nearest = plan.nearest * float(grid.spacing.max())
+        goals = scale.grow(self._points.draw(rng, 2 * plan.goals))
+        distance = np.linalg.norm(goals - source, axis=1)
+        far = np.flatnonzero(distance >= nearest)[: plan.goals]
+        stretch = np.log(grid.interpolated(times, goals[far]) / distance[far])
+        found = scale.shrink(source), scale.shrink(goals[far]), stretch
+        return Labels(*(part.astype(np.float32)[None] for part in found))
+
+
+_solver: _Solver | None = None  # of a process of the pool
+
+
+def _start(env: Environment, plan: LabelPlan, seed: int) -> None:
+    global _solver
+    _solver = _Solver(env, plan, seed)
+
+
+def _solve(index: int) -> Labels:
+    assert _solver is not None
+    return _solver.solve(index)
+
+
+def _read(kept: Path, dimension: int, plan: LabelPlan) -> tuple[Labels, float]:
+    if not kept.is_file():
+        shapes = (0, dimension), (0, plan.goals, dimension), (0, plan.goals)
+        return Labels(*(np.empty(shape, dtype=np.float32) for shape in shapes)), 0.0
+    with np.load(kept) as held:
+        return Labels(*(held[name] for name in _NAMES)), float(held["seconds"])
+
+
+def _write(kept: Path, labels: Labels, seconds: float) -> None:
+    part = kept.with_name("part." + kept.name)
+    np.savez(part, seconds=seconds, **vars(labels))
+    part.replace(kept)

@@ -1,0 +1,243 @@
+"""Planning along a neural time field."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from envs import Environment, InputError, Problem
+from envs.collision.fcl_model import DEFAULT_TOLERANCE
+from envs.collision.paths import paths_are_free
+from envs.problem import Array
+from envs.seeding import derived_seed
+from planners.base import Budget, PlannerResult, Status
+from planners.fields.execution import Descent, Field, descend, gradients
+from planners.fields.kernel import CompiledField
+from planners.fields.methods import method
+from planners.fields.sampling import Scale
+from planners.fields.training import Minutes, Steps, TrainingState, train
+from planners.learned import LearnedPlanner, Progress, Trained, Training, checked_device
+from planners.weight_files import Tensors
+
+ATTEMPTS = (
+    Descent(step=0.03),
+    Descent(step=0.01),
+    Descent(step=0.005, most_steps=1000),
+    Descent(step=0.01, moves=(False, True), most_steps=1000),
+    Descent(step=0.01, moves=(True, False), most_steps=1000),
+)
+"""Tried in turn until a path passes the check: the paper's step, smaller ones, one end only."""
+
+_SAFE = 3 * DEFAULT_TOLERANCE  # what the check finds free, the judge, at its tolerance, does too
+_VALIDATION_PROBLEMS = 200
+_VALIDATED_AT = (0.25, 0.5, 0.75, 1.0)
+
+
+class FieldPlanner(LearnedPlanner):
+    """Follows a neural time field from both ends, and returns what its own check proves free.
+
+    Args:
+        method: one of `methods.METHODS`.
+        weights, device: see `LearnedPlanner`. Away from the CPU single problems are not compiled.
+        attempts: how many of `ATTEMPTS` it may make; 1 is the paper's single one.
+
+    Raises:
+        InputError: an argument is out of range.
+    """
+
+    def __init__(
+        self, method: str, weights: str = "", attempts: int = len(ATTEMPTS), device: str = "cpu"
+    ) -> None:
+        super().__init__(method, weights, device)
+        if not 1 <= attempts <= len(ATTEMPTS):
+            raise InputError(f"{method}: attempts must be between 1 and {len(ATTEMPTS)}")
+        self._attempts = ATTEMPTS[:attempts]
+
+    def expected_minutes(self, env: Environment) -> float:
+        return method(self.name).expected_minutes
+
+    def load(self, env: Environment, tensors: Tensors) -> None:
+        net = method(self.name).network(env)
+        net.load_state_dict({name: torch.from_numpy(a) for name, a in tensors.items()})
+        self._use(env, net)
+        if self._compiled is not None:  # compile now, or load what was compiled before
+            middle = np.zeros(env.dimension)
+            self._one(middle, middle + 0.1, ATTEMPTS[0])
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        refusal = self._refused([problem])[0]
+        if refusal is not None:
+            return PlannerResult(refusal)
+        for number, descent in enumerate(self._attempts, start=1):
+            if budget.remaining() <= 0:
+                return PlannerResult(Status.TIMEOUT)
+            path = self._one(problem.start, problem.goal, descent)
+            if path is not None and self._free([path])[0]:
+                return PlannerResult(Status.EXACT_SOLUTION, path, {"attempts": number})
+        return PlannerResult(Status.APPROXIMATE_SOLUTION)
+
+    def solve_batch(self, problems: Sequence[Problem]) -> list[PlannerResult]:
+        """Solves many problems at once, with the attempts of `solve`, without a deadline."""
+        refused = self._refused(problems)
+        results = [PlannerResult(r or Status.APPROXIMATE_SOLUTION) for r in refused]
+        left = [i for i, refusal in enumerate(refused) if refusal is None]
+        for number, descent in enumerate(self._attempts, start=1):
+            if not left:
+                break
+            paths = self._many([problems[i] for i in left], descent)
+            found = [(i, path) for i, path in zip(left, paths, strict=True) if path is not None]
+            free = self._free([path for _, path in found])
+            for (i, path), is_free in zip(found, free, strict=True):
+                if is_free:
+                    solved = PlannerResult(Status.EXACT_SOLUTION, path, {"attempts": number})
+                    results[i] = solved
+            left = [i for i in left if results[i].status is not Status.EXACT_SOLUTION]
+        return results
+
+    def times_and_speeds(self, source: Array, q: Array) -> tuple[Array, Array]:
+        """See `planners.time_field.TimeFieldPlanner`."""
+        sources = self._tensor(np.broadcast_to(source, q.shape))
+        with torch.no_grad():
+            times, gradient, _ = gradients(self._net, self._tensor(q), sources)
+        seconds: Array = times.cpu().numpy().astype(np.float64) * self._scale.extent
+        steepness: Array = gradient.norm(dim=-1).cpu().numpy().astype(np.float64)
+        return seconds, 1 / steepness
+
+    def train(self, env: Environment, how: Training) -> Trained:
+        chosen = method(self.name)
+        recipe = chosen.recipe
+        length = Steps(recipe.steps) if how.minutes is None else Minutes(how.minutes)
+        with torch.random.fork_rng():
+            torch.manual_seed(derived_seed("field weights", how.seed))
+            net = chosen.network(env).to(checked_device(how.device))
+        state = TrainingState.begin(net, recipe)
+        if how.checkpoint.is_file():
+            state.load(how.checkpoint)
+        objective = chosen.objective()
+        kept = how.checkpoint.with_suffix(".data.npz")
+        prepared_s = objective.prepare(
+            env, how.seed, kept, lambda share: how.report(Progress("data", share))
+        )
+        watch = _Watch(self, env, how)
+        with _quick_arithmetic():
+            train(
+                state,
+                objective,
+                recipe,
+                length,
+                how.seed,
+                lambda state: state.save(how.checkpoint),
+                watch,
+            )
+        kept.unlink(missing_ok=True)
+        return Trained(
+            {name: t.cpu().numpy() for name, t in state.average.state_dict().items()},
+            chosen.settings()
+            | {
+                "steps": state.step,
+                "minutes": how.minutes,
+                "device": how.device,
+                "threads": torch.get_num_threads(),
+            },
+            data_s=prepared_s + state.data_s,
+            train_s=state.train_s,
+            losses=state.losses,
+            validation=state.validation,
+        )
+
+    def _use(self, env: Environment, net: Any) -> None:
+        """Plans in `env` with `net` from now on."""
+        self._env = env
+        self._scale = Scale.of(env)
+        self._lower = self._scale.shrink(env.lower)
+        self._upper = self._scale.shrink(env.upper)
+        self._net: Field = net.to(self.device).eval()
+        on_cpu = self.device.type == "cpu"
+        self._compiled = CompiledField(net) if on_cpu and CompiledField.fits(net) else None
+
+    def _refused(self, problems: Sequence[Problem]) -> list[Status | None]:
+        """Why a problem need not be tried."""
+        starts, goals = (np.array([getattr(p, end) for p in problems]) for end in ("start", "goal"))
+        bad_start, bad_goal = (
+            (self._env.clearance(q) <= 0) | ~self._env.contains(q) for q in (starts, goals)
+        )
+        return [
+            Status.INVALID_START if at_start else Status.INVALID_GOAL if at_goal else None
+            for at_start, at_goal in zip(bad_start, bad_goal, strict=True)
+        ]
+
+    def _one(self, start: Array, goal: Array, descent: Descent) -> Array | None:
+        """The path (k, d) of one attempt at one problem, in the environment's unit."""
+        if self._compiled is None:
+            [path] = self._many([Problem(start, goal)], descent)
+            return path
+        a, b = (self._scale.shrink(q).astype(np.float32) for q in (start, goal))
+        lower, upper = (q.astype(np.float32) for q in (self._lower, self._upper))
+        found = self._compiled.descend(a, b, lower, upper, descent)
+        return None if found is None else self._grown(found, start, goal)
+
+    def _many(self, problems: Sequence[Problem], descent: Descent) -> list[Array | None]:
+        """The same for many problems at once."""
+        starts = self._tensor(np.array([p.start for p in problems]))
+        goals = self._tensor(np.array([p.goal for p in problems]))
+        lower, upper = (
+            torch.from_numpy(q).float().to(self.device) for q in (self._lower, self._upper)
+        )
+        paths = descend(self._net, starts, goals, lower, upper, descent)
+        return [
+            None if path is None else self._grown(path.numpy(), p.start, p.goal)
+            for path, p in zip(paths, problems, strict=True)
+        ]
+
+    def _grown(self, path: Any, start: Array, goal: Array) -> Array:
+        """A path in the environment's unit, with the ends exactly as they were asked for."""
+        grown = self._scale.grow(path.astype(np.float64))
+        grown = np.clip(grown, self._env.lower, self._env.upper)
+        grown[0], grown[-1] = start, goal
+        return grown
+
+    def _free(self, paths: Sequence[Array]) -> Any:
+        rate = self._env.robot.rate_bound
+        return paths_are_free(self._env.clearance, rate, paths, _SAFE)
+
+    def _tensor(self, q: Array) -> Tensor:
+        return torch.from_numpy(self._scale.shrink(q)).float().to(self.device)
+
+
+class _Watch:
+    """Tells how a training goes, and now and then lets the field plan on problems of its own."""
+
+    def __init__(self, planner: FieldPlanner, env: Environment, how: Training) -> None:
+        self._env = env
+        self._how = how
+        seed = derived_seed("validation", how.seed)
+        self._problems = env.sample_problems(_VALIDATION_PROBLEMS, seed)
+        self._planner = FieldPlanner(planner.name, device=how.device)
+
+    def __call__(self, state: TrainingState) -> None:
+        validation = None
+        due = [at for at in _VALIDATED_AT if at <= state.share]
+        if len(due) > len(state.validation):
+            self._planner._use(self._env, state.average)
+            results = self._planner.solve_batch(self._problems)
+            solved = sum(r.status is Status.EXACT_SOLUTION for r in results)
+            validation = solved, len(results)
+            state.validation.append([state.share, *validation])
+            state.average.train()
+        self._how.report(Progress("training", state.share, state.latest_loss, validation))
+
+
+@contextmanager
+def _quick_arithmetic() -> Iterator[None]:
+    """Takes numbers near 0 as 0, which are slow otherwise."""
+    flushes = torch.set_flush_denormal(True)
+    try:
+        yield
+    finally:
+        if flushes:
+            torch.set_flush_denormal(False)

@@ -1,0 +1,144 @@
+"""The contract of planners that have to be trained for an environment first."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from envs import Environment, InputError
+from planners import weight_files
+from planners.base import Planner
+from planners.weight_files import Tensors
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a training has come.
+
+    Attributes:
+        stage: "data" or "training".
+        share: of the stage that is done, 0..1.
+        loss: of the latest step.
+        validation: problems solved and tried, when they have just been tried.
+    """
+
+    stage: str
+    share: float
+    loss: float | None = None
+    validation: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True)
+class Training:
+    """How to train.
+
+    Attributes:
+        seed: of everything random.
+        minutes: how long, or None for as many steps as the planner's recipe has.
+        device: of PyTorch.
+        checkpoint: a file to go on from if it exists, written now and then.
+        report: is told how far it has come.
+    """
+
+    seed: int
+    minutes: float | None
+    device: str
+    checkpoint: Path
+    report: Callable[[Progress], None] = lambda progress: None
+
+
+@dataclass(frozen=True)
+class Trained:
+    """What came of it; see `weight_files.Manifest` for the fields."""
+
+    tensors: Tensors
+    settings: Mapping[str, Any]
+    data_s: float
+    train_s: float
+    losses: list[list[float]] = field(default_factory=list)
+    validation: list[list[float]] = field(default_factory=list)
+
+
+class LearnedPlanner(Planner):
+    """A planner with weights for each environment.
+
+    Args:
+        name: under which its weights are kept.
+        weights: a file of weights; by default the shipped ones, else those in the user's cache.
+        device: of PyTorch.
+
+    Raises:
+        InputError: there is no such device.
+    """
+
+    def __init__(self, name: str, weights: str = "", device: str = "cpu") -> None:
+        self.name = name
+        self.device = checked_device(device)
+        self._weights = weights
+
+    def weights_file(self, env: Environment) -> Path | None:
+        """The weights that `setup` will use, or None if it must be trained first."""
+        if self._weights:
+            return Path(self._weights)
+        return weight_files.find(self.name, env)
+
+    @abstractmethod
+    def train(self, env: Environment, how: Training) -> Trained:
+        """Trains from scratch, or from the checkpoint."""
+
+    @abstractmethod
+    def expected_minutes(self, env: Environment) -> float:
+        """About how long `train` takes on two cores by its own recipe."""
+
+    @abstractmethod
+    def load(self, env: Environment, tensors: Tensors) -> None:
+        """Makes itself ready to solve with these weights.
+
+        Raises:
+            ValueError: they do not fit.
+        """
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        """Loads the weights.
+
+        Raises:
+            InputError: there are none, or not for this environment.
+        """
+        file = self.weights_file(env)
+        if file is None:
+            raise InputError(f"{self.name} has no weights for this environment; see bench train")
+        tensors, manifest = weight_files.read(file, self.name, env)
+        try:
+            self.load(env, tensors)
+        except (ValueError, KeyError, TypeError, RuntimeError) as error:
+            reason = str(error).split("\n")[0]
+            raise InputError(f"{file} does not hold weights of {self.name}: {reason}") from error
+        self.train_s = manifest.data_s + manifest.train_s
+
+
+def check_weights(planner: Planner, env: Environment) -> None:
+    """Raises InputError if a planner would find weights that it cannot use."""
+    if isinstance(planner, LearnedPlanner) and planner.unsupported(env) is None:
+        file = planner.weights_file(env)
+        if file is not None:
+            weight_files.read(file, planner.name, env)
+
+
+def checked_device(name: str) -> torch.device:
+    """A device of PyTorch that is there.
+
+    Raises:
+        InputError: it is not.
+    """
+    try:
+        device = torch.device(name)
+    except RuntimeError:
+        raise InputError(f"no device is called {name!r}; choose cpu or cuda") from None
+    if device.type == "cuda" and not torch.cuda.is_available():
+        raise InputError("no CUDA device is available here; choose cpu")
+    return device

@@ -1,0 +1,186 @@
+"""Weights of learned planners on disk: numbers without code, and a manifest that says whose.
+
+`NAME.safetensors` holds the numbers, `NAME.json` beside it the manifest. Nothing in either is
+executed on reading, and both are checked before they are used.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+import safetensors.numpy
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+
+from envs import Environment, InputError
+
+FORMAT = 1
+_MOST_BYTES = 64 * 2**20  # of weights; those of this project have under one MB
+_MOST_MANIFEST_BYTES = 2**20
+
+Tensors = Mapping[str, NDArray[Any]]
+
+SHIPPED = Path(__file__).parent / "weights"
+"""Weights that come with the package."""
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """Where weights come from.
+
+    Attributes:
+        planner: name of the planner they are for.
+        env: canonical id of the environment, for people; `env_fingerprint` decides.
+        settings: what the planner needs to rebuild the network, and how it was trained.
+        data_s, train_s: seconds of making data and of training on it, data not included.
+        losses: [share of the training, loss].
+        validation: [share of the training, problems solved, problems].
+        command: that makes these weights again.
+        machine: where, and with which versions.
+        sha256: of the weights' file.
+    """
+
+    planner: str
+    env: str
+    env_fingerprint: str
+    settings: Mapping[str, Any]
+    seed: int
+    data_s: float
+    train_s: float
+    losses: list[list[float]]
+    validation: list[list[float]]
+    command: str
+    machine: Mapping[str, Any] = field(default_factory=dict)
+    sha256: str = ""
+    format: int = FORMAT
+
+
+def cache_folder() -> Path:
+    """Where what is made for this user is kept; `XDG_CACHE_HOME` is honoured."""
+    return Path(platformdirs.user_cache_dir("plannerbench"))
+
+
+def file_name(planner: str, env: Environment) -> str:
+    """Under which weights of a planner for an environment are found."""
+    return f"{planner}-{env.fingerprint}.safetensors"
+
+
+def cached_file(planner: str, env: Environment) -> Path:
+    """Where weights trained by this user belong."""
+    return cache_folder() / "weights" / file_name(planner, env)
+
+
+def find(planner: str, env: Environment) -> Path | None:
+    """The shipped weights for an environment, else those in the user's cache, else None."""
+    candidates = SHIPPED / file_name(planner, env), cached_file(planner, env)
+    return next((file for file in candidates if file.is_file()), None)
+
+
+def write(file: Path, tensors: Tensors, manifest: Manifest) -> None:
+    """Writes weights and manifest, each whole or not at all.
+
+    Raises:
+        InputError: they cannot be written there.
+    """
+    data = safetensors.numpy.save({k: np.ascontiguousarray(v) for k, v in tensors.items()})
+    described = {**asdict(manifest), "sha256": hashlib.sha256(data).hexdigest()}
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        _replace(file, data)
+        _replace(_manifest_file(file), (json.dumps(described, indent=1) + "\n").encode())
+    except OSError as error:
+        raise InputError(f"cannot write weights to {file}: {error}") from error
+
+
+def link(target: Path, planner: str, env: Environment) -> None:
+    """Lets `find` find weights that were written elsewhere, as long as they stay there."""
+    name = cached_file(planner, env)
+    name.parent.mkdir(parents=True, exist_ok=True)
+    for there, here in (
+        (target, name),
+        (_manifest_file(target), _manifest_file(name)),
+    ):
+        here.unlink(missing_ok=True)
+        here.symlink_to(there.absolute())
+
+
+def read(file: Path, planner: str, env: Environment) -> tuple[dict[str, NDArray[Any]], Manifest]:
+    """Weights for `planner` in `env`.
+
+    Raises:
+        InputError: the file cannot be read, is damaged, or is for something else.
+    """
+    data = _bytes(file, _MOST_BYTES)
+    manifest = _read_manifest(_manifest_file(file))
+    for what, ours, theirs in (
+        ("planner", planner, manifest.planner),
+        ("environment", env.fingerprint, manifest.env_fingerprint),
+    ):
+        if ours != theirs:
+            raise InputError(
+                f"{file}: these weights are for {what} {theirs} ({manifest.env}), not for {ours}; "
+                "train some with bench train"
+            )
+    if hashlib.sha256(data).hexdigest() != manifest.sha256:
+        raise InputError(f"{file} is not the file that its manifest describes: copy both again")
+    try:
+        tensors = safetensors.numpy.load(data)
+    except (SafetensorError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{file} is not a file of weights: {error}") from error
+    if not all(np.isfinite(a).all() for a in tensors.values() if a.dtype.kind == "f"):
+        raise InputError(f"{file} holds NaN or infinite weights")
+    return tensors, manifest
+
+
+def _manifest_file(file: Path) -> Path:
+    return file.with_suffix(".json") if file.suffix == ".safetensors" else Path(f"{file}.json")
+
+
+def _bytes(file: Path, most: int) -> bytes:
+    try:
+        if not file.is_file():
+            raise InputError(f"no such file: {file}")
+        size = file.stat().st_size
+        if size > most:
+            raise InputError(f"{file} has {size} bytes, which is too many for what it should be")
+        return file.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot read {file}: {error}") from error
+
+
+def _read_manifest(file: Path) -> Manifest:
+    try:
+        described = json.loads(_bytes(file, _MOST_MANIFEST_BYTES))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{file} is not a manifest: {error}") from error
+    wanted = {f.name for f in fields(Manifest)}
+    if not isinstance(described, dict) or set(described) != wanted:
+        raise InputError(f"{file} is not a manifest of weights")
+    if described["format"] != FORMAT:
+        raise InputError(f"{file} has format {described['format']!r}, this program reads {FORMAT}")
+    texts = ("planner", "env", "env_fingerprint", "sha256")
+    times = ("data_s", "train_s")
+    if not (
+        all(isinstance(described[k], str) for k in texts)
+        and all(isinstance(described[k], (int, float)) for k in times)
+        and isinstance(described["settings"], dict)
+    ):
+        raise InputError(f"{file} is not a manifest of weights: a value has the wrong type")
+    return Manifest(**described)
+
+
+def _replace(file: Path, data: bytes) -> None:
+    part = file.with_name(f"{file.name}.{os.getpid()}.part")
+    try:
+        part.write_bytes(data)
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
