@@ -12,6 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, NoReturn
 
+import numpy as np
 import psutil
 
 from bench import commands
@@ -63,7 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=metadata.version("plannerbench"))
     subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in (_add_run, _add_train, _add_report, _add_show, _add_list):
+    for add in (_add_run, _add_train, _add_report, _add_show, _add_field, _add_list):
         add(subparsers)
     return parser
 
@@ -153,6 +154,36 @@ def _add_show(subparsers: Any) -> None:
     parser.add_argument("--planners", default="all", help="whose paths (default: all there are)")
     parser.add_argument("--problem", type=int, metavar="I", help="(default: the longest path's)")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE.png")
+
+
+def _add_field(subparsers: Any) -> None:
+    parser = subparsers.add_parser(
+        "field",
+        allow_abbrev=False,
+        help="draw the time fields of planners",
+        description="Draws predicted speed (colour) and arrival time from a source (lines) on a "
+        "slice, a column a planner, with the relative error of the time against fast marching.",
+    )
+    parser.set_defaults(command=commands.field, parser=parser)
+    add = parser.add_argument
+    add("--env", required=True)
+    add("--planners", default="fmm,ntfields,ief3d", help="(default: fmm,ntfields,ief3d)")
+    add(
+        "--source",
+        type=_numbers,
+        metavar="X,Y,Z",
+        help="of the times, and place of the slice (default: near a corner, where most is filled)",
+    )
+    add("--device", default="cpu", help="of learned planners, cpu or cuda (default: cpu)")
+    add("--no-train", action="store_true", help="refuse learned planners that have no weights")
+    add("--out", type=Path, required=True, metavar="FILE.png")
+
+
+def _numbers(text: str) -> Any:
+    try:
+        return np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not numbers with commas between") from None
 
 
 def _add_list(subparsers: Any) -> None:

@@ -14,7 +14,7 @@ import planners
 from bench import runner, training
 from bench.report import files, summary
 from bench.store import Store
-from bench.suite import make_suite
+from bench.suite import make_suite, on_device
 from envs import InputError
 from envs.registry import Registry
 
@@ -95,6 +95,27 @@ def show(chosen: argparse.Namespace) -> int:
             records = records[records["planner"].isin(wanted)]
         shown = scene.paths_of_problem(records, world.fingerprint, chosen.problem)
     scene.draw(world, shown, chosen.out)
+    return DONE
+
+
+def field(chosen: argparse.Namespace) -> int:
+    """`bench field`."""
+    from bench.report import field as fields  # matplotlib, as above
+
+    env = envs.REGISTRY.entry(chosen.env)
+    world = env.make()
+    where = fields.Slice.through(world, chosen.source)
+    found = {}
+    for entry in planners.REGISTRY.entries(chosen.planners):
+        planner = training.ready(env, on_device(entry, chosen.device), not chosen.no_train)
+        found[entry.id] = fields.field_of(planner, entry.id, where)
+    reference = found.get("fmm")
+    if reference is None:
+        fmm = training.ready(env, planners.REGISTRY.entry("fmm"), may_train=False)
+        reference = fields.field_of(fmm, "fmm", where)
+    table = fields.errors(found, reference, where)
+    fields.draw(found, table, where, chosen.out)
+    print(table.to_markdown(index=False, floatfmt=".4f"))
     return DONE
 
 

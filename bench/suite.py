@@ -178,7 +178,7 @@ def make_suite(
     rule = StopRule.parse(stop)
     named = {entry.id for entry in chosen}
     added = [rule.reference] if rule.reference and rule.reference.id not in named else []
-    chosen = [*added, *(_on_device(entry, device) for entry in chosen)]
+    chosen = [*added, *(on_device(entry, device) for entry in chosen)]
     for entry in chosen:
         entry.make()  # refuses bad arguments before anything runs
     arenas = tuple(Arena.make(entry, problems, seed) for entry in env_entries)
@@ -192,7 +192,7 @@ def make_suite(
     )
 
 
-def _on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
+def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
     """A learned planner with a device of its own choosing or this one."""
     if device == "cpu" or not issubclass(entry.spec.load(), LearnedPlanner):
         return entry

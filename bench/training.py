@@ -99,6 +99,23 @@ def unready(env: Entry[Environment], planner: Entry[Planner], *, may_train: bool
     return None
 
 
+def ready(env: Entry[Environment], planner: Entry[Planner], may_train: bool) -> Planner:
+    """A planner set up in this process, trained before if it has to be.
+
+    Raises:
+        InputError: it cannot plan there, or has no weights and may not be trained.
+    """
+    made, world = planner.make(), env.make()
+    reason = made.unsupported(world)
+    if reason is not None:
+        raise InputError(f"{planner.id} cannot plan there: {reason}")
+    refused = unready(env, planner, may_train=may_train)
+    if refused is not None:
+        raise InputError(f"{planner.id}: {refused.error}")
+    made.setup(world, seed=0)
+    return made
+
+
 def expected_minutes(env: Entry[Environment], planner: Entry[Planner]) -> float:
     """About how long a planner has to be trained before it can run."""
     made, world = planner.make(), env.make()

@@ -1,0 +1,189 @@
+"""Pictures of time fields as the paper draws them, and their error against fast marching."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from envs import Environment, InputError
+from envs.problem import Array
+from planners.time_field import TimeFieldPlanner
+
+PER_AXIS = 200
+"""Nodes of a slice along its longer side."""
+
+_CONTOURS = 24
+_COLOURS = "viridis"  # blue where it is slow, yellow where it is fast
+
+
+@dataclass(frozen=True)
+class Slice:
+    """The plane of the first two coordinates through a source.
+
+    Attributes:
+        source: (d,) from where arrival times are counted.
+        axes: nodes along the two coordinates.
+        q: (rows * columns, d), the nodes, row by row.
+        free: (rows * columns,) of bool, those in free space.
+    """
+
+    source: Array
+    axes: tuple[Array, Array]
+    q: Array
+    free: NDArray[np.bool_]
+
+    @staticmethod
+    def through(env: Environment, source: Array | None = None) -> Slice:
+        """The slice through a source, by default one near a corner of the fullest plane.
+
+        Raises:
+            InputError: the source has another dimension, is out of bounds or in collision.
+        """
+        chosen = _near_corner(env, _in_fullest_plane(env)) if source is None else source
+        _check_source(env, chosen)
+        spacing = (env.upper - env.lower)[:2].max() / (PER_AXIS - 1)
+        x, y = (
+            np.arange(low, high + spacing / 2, spacing).clip(max=high)
+            for low, high in zip(env.lower[:2], env.upper[:2], strict=True)
+        )
+        q = _plane(chosen, x, y)
+        return Slice(chosen, (x, y), q, env.clearance(q) > 0)
+
+
+@dataclass(frozen=True)
+class Field:
+    """A planner's field on a slice: arrival times and speeds, both (n,)."""
+
+    times: Array
+    speeds: Array
+
+
+def field_of(planner: object, name: str, where: Slice) -> Field:
+    """The field of a planner that is set up.
+
+    Raises:
+        InputError: it has none.
+    """
+    if not isinstance(planner, TimeFieldPlanner):
+        raise InputError(f"{name} has no time field to draw")
+    return Field(*planner.times_and_speeds(where.source, where.q))
+
+
+def errors(fields: Mapping[str, Field], reference: Field, where: Slice) -> pd.DataFrame:
+    """Relative errors of the arrival times in free space: a row a planner.
+
+    Nodes closer to the source than three spacings of a 100-per-axis grid are left out, where the
+    reference is coarse itself.
+    """
+    distance = np.linalg.norm(where.q - where.source, axis=1)
+    extent = max(float(np.ptp(axis)) for axis in where.axes)
+    counted = where.free & (distance > 3 * extent / 99)
+    rows = []
+    for name, field in fields.items():
+        error = np.abs(field.times[counted] / reference.times[counted] - 1)
+        rows.append(
+            {
+                "planner": name,
+                "T error median": np.median(error),
+                "T error 90th percentile": np.quantile(error, 0.9),
+            }
+        )
+    table: pd.DataFrame = pd.DataFrame(rows)
+    return table
+
+
+def draw(fields: Mapping[str, Field], table: pd.DataFrame, where: Slice, file: Path) -> None:
+    """One column a planner: colour is the predicted speed, lines are arrival times.
+
+    Raises:
+        InputError: the file cannot be written as an image.
+    """
+    shape = len(where.axes[1]), len(where.axes[0])
+    finite = [f.times[np.isfinite(f.times)] for f in fields.values()]
+    levels = np.linspace(0, max(float(np.quantile(t, 0.99)) for t in finite), _CONTOURS)
+    with mpl.rc_context({"font.size": 9}):
+        figure = Figure(figsize=(3.2 * len(fields), 3.9), layout="constrained")
+        columns = np.atleast_1d(figure.subplots(1, len(fields)))
+        for axes, (name, field), row in zip(
+            columns, fields.items(), table.to_dict("records"), strict=True
+        ):
+            image = axes.pcolormesh(
+                *where.axes,
+                field.speeds.reshape(shape),
+                cmap=_COLOURS,
+                vmin=0,
+                vmax=1,
+                shading="nearest",
+                rasterized=True,
+            )
+            axes.contour(
+                *where.axes, field.times.reshape(shape), levels, colors="white", linewidths=0.7
+            )
+            axes.contour(
+                *where.axes, where.free.reshape(shape), [0.5], colors="black", linewidths=0.9
+            )
+            axes.plot(*where.source[:2], "r*", markersize=9)
+            axes.set_title(name)
+            axes.set_aspect("equal")
+            axes.set_xlabel(
+                f"T error: median {100 * row['T error median']:.1f} %,\n"
+                f"90th percentile {100 * row['T error 90th percentile']:.1f} %"
+            )
+        figure.colorbar(image, ax=list(columns), label="predicted speed", shrink=0.7)
+        try:
+            figure.savefig(file, dpi=150)
+        except (OSError, ValueError) as error:
+            raise InputError(f"cannot write {file}: {error}") from error
+
+
+def _in_fullest_plane(env: Environment) -> Array:
+    """The middle (d,) of the bounds, its third coordinate moved to where obstacles fill most."""
+    middle: Array = (env.lower + env.upper) / 2
+    if env.dimension < 3:
+        return middle
+    x, y = (np.linspace(env.lower[i], env.upper[i], 41) for i in (0, 1))
+    heights = np.linspace(env.lower[2], env.upper[2], 41)[4:-4]
+    planes = np.repeat(middle[None], len(heights), axis=0)
+    planes[:, 2] = heights
+    filled = [(env.clearance(_plane(through, x, y)) <= 0).mean() for through in planes]
+    fullest: Array = planes[int(np.argmax(filled))]
+    return fullest
+
+
+def _near_corner(env: Environment, middle: Array) -> Array:
+    """The point of a plane with enough clearance that is nearest to the lower corner."""
+    x, y = (
+        np.linspace(low, high, 81)[4:-4]
+        for low, high in zip(env.lower[:2], env.upper[:2], strict=True)
+    )
+    q = _plane(middle, x, y)
+    roomy = q[env.clearance(q) >= env.speed_model.d_max / 4]
+    if len(roomy) == 0:
+        raise InputError("the fullest plane has no free place for a source; choose one by --source")
+    nearest: Array = roomy[np.argmin((roomy - env.lower).sum(axis=1))]
+    return nearest
+
+
+def _check_source(env: Environment, source: Array) -> None:
+    text = ",".join(f"{x:g}" for x in source)
+    if source.shape != (env.dimension,) or not np.isfinite(source).all():
+        raise InputError(f"--source {text}: {env.dimension} finite numbers are needed")
+    if not env.contains(source[None])[0]:
+        raise InputError(f"--source {text} is out of bounds")
+    if env.clearance(source[None])[0] <= 0:
+        raise InputError(f"--source {text} is in collision")
+
+
+def _plane(through: Array, x: Array, y: Array) -> Array:
+    """Nodes (rows * columns, d) over two axes, with the other coordinates of `through`."""
+    columns, rows = np.meshgrid(x, y)
+    q = np.repeat(through[None], columns.size, axis=0)
+    q[:, 0], q[:, 1] = columns.ravel(), rows.ravel()
+    return q
