@@ -16,7 +16,7 @@ from envs import Environment, InputError, Problem
 from envs.registry import Entry
 from envs.seeding import derived_seed
 from planners import Planner
-from planners.learned import LearnedPlanner, check_weights
+from planners.learned import LearnedPlanner, check_weights, checked_device
 
 logger = logging.getLogger(__name__)
 
@@ -170,6 +170,7 @@ def make_suite(
     _check_range("--seed", seed, 0, 2**32 - 1)
     _check_range("--time-limit", time_limit_s, 0.001, 86_400)
     _check_jobs(jobs)
+    checked_device(device)
     _check_range("--memory-limit", memory_limit_mb, 256, 2**24)
     env_entries = envs.REGISTRY.entries(env)
     # Not the arenas' own, which the judge uses: planners get to see these.
@@ -182,11 +183,11 @@ def make_suite(
     for entry in chosen:
         entry.make()  # refuses bad arguments before anything runs
     arenas = tuple(Arena.make(entry, problems, seed) for entry in env_entries)
-    for entry in added:
-        logger.info("%s runs too, as the reference of --stop %s", entry.id, stop)
     for entry in chosen:
         for world in worlds:
             check_weights(entry.make(), world)
+    for entry in added:
+        logger.info("%s runs too, as the reference of --stop %s", entry.id, stop)
     return Suite(
         arenas, tuple(chosen), problems, seed, time_limit_s, rule, jobs, memory_limit_mb, train
     )

@@ -18,7 +18,7 @@ from bench.record import Fault
 from envs import Environment, InputError
 from envs.registry import Entry
 from planners import Planner, weight_files
-from planners.learned import LearnedPlanner, Training
+from planners.learned import LearnedPlanner, Training, checked_device
 from planners.weight_files import Manifest
 
 logger = logging.getLogger(__name__)
@@ -48,6 +48,7 @@ def train(
             range.
     """
     made, world = planner.make(), env.make()
+    checked_device(device)
     _check(made, planner.id, world, seed, minutes)
     assert isinstance(made, LearnedPlanner)
     file = _destination(made.name, world, out)

@@ -109,7 +109,7 @@ def draw(fields: Mapping[str, Field], table: pd.DataFrame, where: Slice, file: P
     finite = [f.times[np.isfinite(f.times)] for f in fields.values()]
     levels = np.linspace(0, max(float(np.quantile(t, 0.99)) for t in finite), _CONTOURS)
     with mpl.rc_context({"font.size": 9}):
-        figure = Figure(figsize=(3.2 * len(fields), 3.9), layout="constrained")
+        figure = Figure(figsize=(3.2 * len(fields) + 0.8, 3.6), layout="constrained")
         columns = np.atleast_1d(figure.subplots(1, len(fields)))
         for axes, (name, field), row in zip(
             columns, fields.items(), table.to_dict("records"), strict=True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -35,7 +36,7 @@ class LabelPlan:
         nearest: goals closer than this many spacings are left out, as the grid is too coarse.
     """
 
-    sources: int = 300
+    sources: int = 200
     goals: int = 4096
     resolution: int = 100
     nearest: float = 3.0
@@ -117,6 +118,12 @@ _solver: _Solver | None = None  # of a process of the pool
 
 
 def _start(env: Environment, plan: LabelPlan, seed: int) -> None:
+    """Begins a process of the pool; a Ctrl-C is its parent's to handle."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _prepare(env, plan, seed)
+
+
+def _prepare(env: Environment, plan: LabelPlan, seed: int) -> None:
     global _solver
     _solver = _Solver(env, plan, seed)
 

@@ -83,6 +83,8 @@ class FieldPlanner(LearnedPlanner):
 
     def solve_batch(self, problems: Sequence[Problem]) -> list[PlannerResult]:
         """Solves many problems at once, with the attempts of `solve`, without a deadline."""
+        if not problems:
+            return []
         refused = self._refused(problems)
         results = [PlannerResult(r or Status.APPROXIMATE_SOLUTION) for r in refused]
         left = [i for i, refusal in enumerate(refused) if refusal is None]

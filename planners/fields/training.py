@@ -7,12 +7,14 @@ from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
+from pickle import UnpicklingError
 from time import monotonic
 from typing import Any, ClassVar, Protocol
 
 import torch
 from torch import nn
 
+from envs import InputError
 from envs.seeding import stream
 from planners.fields.objectives import Objective
 
@@ -151,12 +153,20 @@ class TrainingState:
         part.replace(file)
 
     def load(self, file: Path) -> None:
-        """Goes on from a checkpoint."""
-        state = torch.load(file, weights_only=True)
-        for name in self._MODULES:
-            getattr(self, name).load_state_dict(state[name])
-        for name in self._PLAIN:
-            setattr(self, name, state[name])
+        """Goes on from a checkpoint.
+
+        Raises:
+            InputError: it is damaged or of another program.
+        """
+        try:
+            state = torch.load(file, weights_only=True)
+            for name in self._MODULES:
+                getattr(self, name).load_state_dict(state[name])
+            for name in self._PLAIN:
+                setattr(self, name, state[name])
+        except (OSError, EOFError, RuntimeError, KeyError, ValueError, UnpicklingError) as error:
+            reason = str(error).split("\n")[0]
+            raise InputError(f"cannot go on from {file}, delete it: {reason}") from error
 
 
 def train(

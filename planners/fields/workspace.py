@@ -72,8 +72,9 @@ class WSpaceEncoder(nn.Module):
         n = len(points)
         positions = (points[:, None] + self.steps.to(points)).reshape(-1, 3)
         local, by_axes = self._interpolate(positions)
-        along = torch.einsum("kd,dmc->kmc", directions, by_axes).reshape(len(directions), n, -1)
-        y, slope = self._activation(self.first(local.reshape(n, -1)))
+        inputs = self.first.in_features
+        along = torch.einsum("kd,dmc->kmc", directions, by_axes).reshape(-1, n, inputs)
+        y, slope = self._activation(self.first(local.reshape(n, inputs)))
         dy = slope * functional.linear(along, self.first.weight)
         return self.last(y), functional.linear(dy, self.last.weight)
 

@@ -1,0 +1,56 @@
+"""The compiled routine against the network and the batched execution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from planners.fields.execution import Descent, descend
+from planners.fields.kernel import CompiledField
+from planners.fields.networks import FieldShape, TimeField
+
+DESCENTS = [Descent(), Descent(step=0.01), Descent(moves=(True, False)), Descent(most_steps=3)]
+
+
+@pytest.fixture(scope="module", params=[2, 3, 6], ids=lambda d: f"{d}-D")
+def net(request: pytest.FixtureRequest) -> TimeField:
+    torch.manual_seed(4)
+    return TimeField(FieldShape(request.param, frequencies=8, width=32)).eval()
+
+
+def ends(net: TimeField, n: int) -> np.ndarray:
+    rng = np.random.default_rng(5)
+    return rng.uniform(-0.5, 0.5, (2, n, net.shape.dimension)).astype(np.float32)
+
+
+def test_stretch_and_gradients_are_the_networks(net: TimeField) -> None:
+    starts, goals = ends(net, 30)
+    with torch.no_grad():
+        stretch, *slopes = (x.numpy() for x in net(*map(torch.from_numpy, (starts, goals))))
+    compiled = CompiledField(net)
+    for i in range(30):
+        found, gradients = compiled.pair(starts[i], goals[i])
+        assert found == pytest.approx(stretch[i], abs=1e-5)
+        assert gradients == pytest.approx(np.stack([s[i] for s in slopes]), abs=1e-4)
+
+
+@pytest.mark.parametrize("descent", DESCENTS)
+def test_paths_are_those_of_the_batch(net: TimeField, descent: Descent) -> None:
+    d = net.shape.dimension
+    starts, goals = ends(net, 20)
+    lower, upper = np.full(d, -0.5, np.float32), np.full(d, 0.5, np.float32)
+    together = descend(net, *map(torch.from_numpy, (starts, goals, lower, upper)), descent)
+    compiled = CompiledField(net)
+    for start, goal, wanted in zip(starts, goals, together, strict=True):
+        found = compiled.descend(start, goal, lower, upper, descent)
+        assert (found is None) == (wanted is None)
+        if found is not None and wanted is not None:
+            assert found == pytest.approx(wanted.numpy(), abs=1e-4)
+
+
+def test_it_says_what_it_does_not_fit() -> None:
+    assert CompiledField.fits(TimeField(FieldShape(3)))
+    assert not CompiledField.fits(TimeField(FieldShape(3, operator="concatenation")))
+    assert not CompiledField.fits(TimeField(FieldShape(3, bounded=False)))
+    assert not CompiledField.fits(torch.nn.Linear(3, 3))

@@ -1,0 +1,205 @@
+"""Weights on disk: what is written is read, and everything else is refused in one line."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import safetensors.numpy
+
+import envs
+from envs import Environment, InputError
+from planners import weight_files
+from planners.weight_files import Manifest
+
+TENSORS = {"layer.weight": np.arange(6, dtype=np.float32).reshape(2, 3), "layer.bias": np.ones(2)}
+
+
+def manifest(env: Environment, **other: object) -> Manifest:
+    known = {
+        "planner": "p",
+        "env": "c3d",
+        "env_fingerprint": env.fingerprint,
+        "settings": {"steps": 3},
+        "seed": 0,
+        "data_s": 1.5,
+        "train_s": 2.5,
+        "losses": [[1.0, 0.1]],
+        "validation": [[1.0, 9, 10]],
+        "command": "bench train",
+    }
+    return Manifest(**{**known, **other})  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def file(tmp_path: Path, c3d: Environment) -> Path:
+    written = tmp_path / "some" / "w.safetensors"
+    weight_files.write(written, TENSORS, manifest(c3d))
+    return written
+
+
+def test_what_is_written_is_read(file: Path, c3d: Environment) -> None:
+    tensors, described = weight_files.read(file, "p", c3d)
+    assert sorted(p.name for p in file.parent.iterdir()) == ["w.json", "w.safetensors"]
+    assert tensors.keys() == TENSORS.keys()
+    for name, wanted in TENSORS.items():
+        assert (tensors[name] == wanted).all()
+        assert tensors[name].dtype == wanted.dtype
+    assert described.settings == {"steps": 3}
+    assert described.sha256
+
+
+def refuses(file: Path, env: Environment, what: str, planner: str = "p") -> None:
+    with pytest.raises(InputError, match=what) as caught:
+        weight_files.read(file, planner, env)
+    assert "\n" not in str(caught.value)
+
+
+def test_weights_of_another_scene_or_planner_are_refused(file: Path, c3d: Environment) -> None:
+    refuses(file, envs.make("c3d:scene=1"), "these weights are for environment")
+    refuses(file, c3d, "these weights are for planner p", planner="other")
+
+
+@pytest.mark.parametrize("keep", [0, 7, 40, -1])
+def test_truncated_weights_are_refused(file: Path, c3d: Environment, keep: int) -> None:
+    file.write_bytes(file.read_bytes()[:keep])
+    refuses(file, c3d, "not the file that its manifest describes")
+
+
+def with_true_digest(file: Path, data: bytes) -> None:
+    """`data` in place of the weights, with a manifest that vouches for it."""
+    import hashlib
+
+    file.write_bytes(data)
+    beside = file.with_suffix(".json")
+    described = json.loads(beside.read_text())
+    described["sha256"] = hashlib.sha256(data).hexdigest()
+    beside.write_text(json.dumps(described))
+
+
+class Payload:
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return Path.touch, (str(self.mark),)
+
+
+def test_a_pickle_is_refused_and_not_run(file: Path, c3d: Environment, tmp_path: Path) -> None:
+    mark = tmp_path / "ran"
+    with_true_digest(file, pickle.dumps(Payload(mark)))
+    refuses(file, c3d, "not a file of weights")
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        struct.pack("<Q", 10 * 2**30) + b"{}",
+        struct.pack("<Q", 2) + b"[]",
+        struct.pack("<Q", 64)
+        + b'{"a":{"dtype":"F32","shape":[99999999],"data_offsets":[0,4]}}   '
+        + b"abcd",
+    ],
+    ids=["empty", "huge header", "no object", "offsets that lie"],
+)
+def test_damaged_headers_are_refused(file: Path, c3d: Environment, data: bytes) -> None:
+    with_true_digest(file, data)
+    refuses(file, c3d, "not a file of weights")
+
+
+def test_weights_that_are_no_numbers_are_refused(file: Path, c3d: Environment) -> None:
+    with_true_digest(file, safetensors.numpy.save({"a": np.array([1.0, np.nan])}))
+    refuses(file, c3d, "NaN or infinite")
+
+
+def test_a_file_too_large_is_refused_unread(file: Path, c3d: Environment) -> None:
+    with file.open("r+b") as opened:
+        opened.truncate(2**33)  # takes no room on disk
+    refuses(file, c3d, "too many")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{",
+        "[]",
+        "[" * 100_000,
+        "{}",
+        json.dumps({"planner": "p"}),
+    ],
+)
+def test_manifests_that_are_none_are_refused(file: Path, c3d: Environment, text: str) -> None:
+    file.with_suffix(".json").write_text(text)
+    refuses(file, c3d, "not a manifest")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "what"),
+    [("format", 99, "format 99"), ("train_s", "x", "wrong type"), ("env", 3, "wrong type")],
+)
+def test_manifests_with_wrong_values_are_refused(
+    file: Path, c3d: Environment, key: str, value: object, what: str
+) -> None:
+    beside = file.with_suffix(".json")
+    beside.write_text(json.dumps({**json.loads(beside.read_text()), key: value}))
+    refuses(file, c3d, what)
+
+
+def test_missing_files_are_named(file: Path, c3d: Environment) -> None:
+    file.with_suffix(".json").unlink()
+    refuses(file, c3d, "no such file: .*w.json")
+    refuses(file.with_name("none"), c3d, "no such file: .*none")
+
+
+def test_places_are_searched_in_order(
+    tmp_path: Path, c3d: Environment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(weight_files, "SHIPPED", tmp_path / "shipped")
+    assert weight_files.find("p", c3d) is None
+    elsewhere = tmp_path / "mine"
+    weight_files.write(elsewhere, TENSORS, manifest(c3d))
+    weight_files.link(elsewhere, "p", c3d)
+    found = weight_files.find("p", c3d)
+    assert found is not None
+    assert found.is_relative_to(tmp_path / "cache")
+    assert weight_files.read(found, "p", c3d)[1].planner == "p"
+    weight_files.link(elsewhere, "p", c3d)  # again, in place of the first
+    elsewhere.unlink()
+    assert weight_files.find("p", c3d) is None
+    shipped = tmp_path / "shipped" / weight_files.file_name("p", c3d)
+    weight_files.write(weight_files.cached_file("p", c3d), TENSORS, manifest(c3d))
+    weight_files.write(shipped, TENSORS, manifest(c3d))
+    assert weight_files.find("p", c3d) == shipped
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, c3d: Environment) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(InputError, match="cannot write weights"):
+        weight_files.write(tmp_path / "file" / "w", TENSORS, manifest(c3d))
+
+
+def test_shipped_weights_are_whole_small_and_say_how_they_were_made() -> None:
+    files = sorted(weight_files.SHIPPED.glob("*.safetensors"))
+    by_planner: dict[str, set[str]] = {}
+    for file in files:
+        described = json.loads(file.with_suffix(".json").read_text())
+        env = envs.make(described["env"])
+        _, read = weight_files.read(file, described["planner"], env)
+        assert file.name == weight_files.file_name(read.planner, env)
+        assert file.stat().st_size < 10**6
+        assert read.command.startswith(f"bench train --env {read.env} --planner {read.planner}")
+        assert read.train_s > 0
+        assert read.losses[-1][0] == 1
+        assert read.validation[-1][1] >= 0.97 * read.validation[-1][2]
+        by_planner.setdefault(read.planner, set()).add(read.env)
+    eight = {"c3d", *(f"c3d:scene={i}" for i in range(1, 8))}
+    assert by_planner["ntfields"] == eight
+    assert by_planner["ief3d"] == eight
