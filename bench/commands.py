@@ -142,5 +142,5 @@ def list_(chosen: argparse.Namespace) -> int:
     for what, specs in listed.items():
         print(f"{what}:")
         for spec in specs:
-            print(f"  {spec['id']:<18} {spec['description']}")
+            print(f"  {spec['id']:<20} {spec['description']}")
     return DONE

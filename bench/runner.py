@@ -142,7 +142,7 @@ class _Stage:
 
     def prepare(self) -> None:
         """Trains what has to be trained."""
-        begin = monotonic()
+        begin, trains = monotonic(), self.minutes_of_training() > 0
         self._contestants = {
             planner.id: Contestant(
                 self._arena,
@@ -153,7 +153,8 @@ class _Stage:
             )
             for planner in self._contesting()
         }
-        self._session.setup_s += monotonic() - begin
+        if trains:
+            self._session.setup_s += monotonic() - begin
 
     def _contesting(self) -> list[Entry[Planner]]:
         ids = {id for id, _ in self.open}

@@ -52,7 +52,7 @@ def train(
     _check(made, planner.id, world, seed, minutes)
     assert isinstance(made, LearnedPlanner)
     file = _destination(made.name, world, out)
-    checkpoint = _checkpoint(made.name, world, f"{seed} {minutes} {device}")
+    checkpoint = _checkpoint(made.name, world, f"{planner.spec.version} {seed} {minutes} {device}")
     expected = minutes or made.expected_minutes(world)
     logger.info("training %s for %s, about %.0f minutes", planner.id, env.id, math.ceil(expected))
     if checkpoint.is_file():
@@ -75,8 +75,15 @@ def train(
     weight_files.write(file, trained.tensors, manifest)
     checkpoint.unlink(missing_ok=True)
     if file != weight_files.cached_file(made.name, world):
-        weight_files.link(file, made.name, world)
+        _let_runs_find(file, made.name, world)
     return file
+
+
+def _let_runs_find(file: Path, name: str, env: Environment) -> None:
+    try:
+        weight_files.link(file, name, env)
+    except OSError as error:
+        logger.warning("runs will not find these weights by themselves: %s", error)
 
 
 def unready(env: Entry[Environment], planner: Entry[Planner], *, may_train: bool) -> SetUp | None:
@@ -90,7 +97,7 @@ def unready(env: Entry[Environment], planner: Entry[Planner], *, may_train: bool
         return SetUp(Fault.SKIPPED.value, reason, 0.0)
     begin = monotonic()
     try:
-        train(env, planner, device=str(made.device))
+        train(env, planner, device=made.device)
     except InputError:
         raise
     except Exception:  # noqa: BLE001  a planner may fail in any way

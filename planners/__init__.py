@@ -57,7 +57,7 @@ REGISTRY: Registry[Planner] = Registry(
         _ompl("aitstar", "AITstar", "AIT*", ("ait*",)),
         _ompl("eitstar", "EITstar", "EIT*", ("eit*",)),
         _ompl("fmt", "FMT", "FMT*, one batch of samples", ("fmt*",)),
-        _field("eikonet", "EikoNet: no symmetry, no bounds, trained on the speed alone"),
+        _field("eikonet", "factored time without symmetry or bounds, trained on speeds (EikoNet)"),
         *(
             _field(id, description, ("ablations",), method, in_all=False)
             for id, description, method in (

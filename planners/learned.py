@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from envs import Environment, InputError
 from planners import weight_files
 from planners.base import Planner
@@ -129,16 +127,20 @@ def check_weights(planner: Planner, env: Environment) -> None:
             weight_files.read(file, planner.name, env)
 
 
-def checked_device(name: str) -> torch.device:
-    """A device of PyTorch that is there.
+def checked_device(name: str) -> str:
+    """The name of a device of PyTorch that is there.
 
     Raises:
         InputError: it is not.
     """
+    if name == "cpu":
+        return name
+    import torch  # takes seconds, which other planners need not pay
+
     try:
-        device = torch.device(name)
+        kind = torch.device(name).type
     except RuntimeError:
         raise InputError(f"no device is called {name!r}; choose cpu or cuda") from None
-    if device.type == "cuda" and not torch.cuda.is_available():
+    if kind == "cuda" and not torch.cuda.is_available():
         raise InputError("no CUDA device is available here; choose cpu")
-    return device
+    return name

@@ -81,7 +81,7 @@ def described(objective: Any) -> dict[str, Any]:
 
 METHODS: dict[str, Method] = {
     "ntfields": Method(LargestSubsolution),
-    "ief3d": Method(Regression, Recipe(steps=3000), expected_minutes=8.0),
+    "ief3d": Method(Regression, Recipe(steps=3000), expected_minutes=6.0),
     "eikonet": Method(SpeedRegression, network=small(operator="concatenation", bounded=False)),
     "ntfields-nosym": Method(LargestSubsolution, network=small(operator="concatenation")),
     "ntfields-wenc": Method(

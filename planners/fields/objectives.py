@@ -127,7 +127,7 @@ class Regression:
 
     plan: LabelPlan = field(default_factory=LabelPlan)
     sources: int = 64
-    goals: int = 96
+    goals: int = 32
 
     def prepare(
         self, env: Environment, seed: int, kept: Path, report: Callable[[float], None]

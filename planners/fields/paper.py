@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from time import monotonic
 
 import numpy as np
 import torch
@@ -27,6 +28,8 @@ from planners.fields.sampling import Scale
 from planners.fields.workspace import WSpaceEncoder
 
 _C_WIDTH, _W_WIDTH, _WIDTH = 256, 128, 512
+_CHUNK = 2**17  # candidates for pairs drawn at once
+_NEAREST = 0.01  # closer pairs, by extent, weigh no more: else a handful would fill the batches
 
 
 class PaperField(nn.Module):
@@ -115,13 +118,15 @@ class PublishedPhysics:
     def prepare(
         self, env: Environment, seed: int, kept: Path, report: Callable[[float], None]
     ) -> float:
-        starts, goals = sample_pairs(env, stream("field pairs", seed), self.pairs)
+        begin = monotonic()
+        starts, goals, clearance = sample_pairs(env, stream("field pairs", seed), self.pairs)
         scale = Scale.of(env)
-        speeds = env.speed(starts), env.speed(goals)
+        speeds = env.speed_model(clearance), env.speed(goals)
         self._held = as_float32(scale.shrink(starts), scale.shrink(goals), *speeds)
-        weight = 1 / np.linalg.norm(goals - starts, axis=1)
+        distance = np.linalg.norm(goals - starts, axis=1)
+        weight = 1 / np.maximum(distance, _NEAREST * scale.extent)
         self._cumulative = np.cumsum(weight / weight.sum())
-        return 0.0
+        return monotonic() - begin
 
     def draw(self, rng: np.random.Generator) -> Batch:
         picked = np.searchsorted(self._cumulative, rng.random(self.batch))
@@ -139,21 +144,21 @@ class PublishedPhysics:
         ).mean()
 
 
-def sample_pairs(env: Environment, rng: np.random.Generator, n: int) -> tuple[Array, Array]:
-    """Starts and goals (n, d) within the bounds: starts uniform where d_min <= clearance <= d_max,
-    goals at a uniform random length in a random direction."""
-    d = env.dimension
+def sample_pairs(env: Environment, rng: np.random.Generator, n: int) -> tuple[Array, Array, Array]:
+    """Starts and goals (n, d) within the bounds, and the starts' clearances (n,): starts uniform
+    where d_min <= clearance <= d_max, goals at a uniform random length in a random direction."""
     reach = float(np.linalg.norm(env.upper - env.lower))
-    found: list[tuple[Array, Array]] = []
-    while sum(len(starts) for starts, _ in found) < n:
-        starts = rng.uniform(env.lower, env.upper, (4 * n, d))
+    model = env.speed_model
+    found: list[tuple[Array, Array, Array]] = []
+    while sum(len(starts) for starts, *_ in found) < n:
+        starts = rng.uniform(env.lower, env.upper, (_CHUNK, env.dimension))
         direction = rng.normal(size=starts.shape)
         direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-        goals = starts + reach * rng.random((4 * n, 1)) * direction
+        goals = starts + reach * rng.random((_CHUNK, 1)) * direction
         inside = env.contains(goals)
         starts, goals = starts[inside], goals[inside]
         clearance = env.clearance(starts)
-        near = (clearance >= env.speed_model.d_min) & (clearance <= env.speed_model.d_max)
-        found.append((starts[near], goals[near]))
-    starts, goals = (np.concatenate(part)[:n] for part in zip(*found, strict=True))
-    return starts, goals
+        near = (clearance >= model.d_min) & (clearance <= model.d_max)
+        found.append((starts[near], goals[near], clearance[near]))
+    starts, goals, clearance = (np.concatenate(part)[:n] for part in zip(*found, strict=True))
+    return starts, goals, clearance

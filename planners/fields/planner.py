@@ -77,7 +77,7 @@ class FieldPlanner(LearnedPlanner):
             if budget.remaining() <= 0:
                 return PlannerResult(Status.TIMEOUT)
             path = self._one(problem.start, problem.goal, descent)
-            if path is not None and self._free([path])[0]:
+            if path is not None and self._free([path])[0] and budget.remaining() > 0:
                 return PlannerResult(Status.EXACT_SOLUTION, path, {"attempts": number})
         return PlannerResult(Status.APPROXIMATE_SOLUTION)
 
@@ -159,7 +159,7 @@ class FieldPlanner(LearnedPlanner):
         self._lower = self._scale.shrink(env.lower)
         self._upper = self._scale.shrink(env.upper)
         self._net: Field = net.to(self.device).eval()
-        on_cpu = self.device.type == "cpu"
+        on_cpu = self.device == "cpu"
         self._compiled = CompiledField(net) if on_cpu and CompiledField.fits(net) else None
 
     def _refused(self, problems: Sequence[Problem]) -> list[Status | None]:

@@ -140,7 +140,7 @@ def test_a_damaged_checkpoint_is_named(bench: Cli, brief: Path) -> None:
     made = envs.make(SCENE)
     from bench.training import _checkpoint
 
-    file = _checkpoint("ntfields", made, "0 None cpu")
+    file = _checkpoint("ntfields", made, "1 0 None cpu")
     file.write_bytes(b"PK not a checkpoint")
     code, out, err = bench(*train_it())
     assert code == 2

