@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from envs import Environment, InputError, Problem
 from envs.collision.fcl_model import DEFAULT_TOLERANCE
 from envs.collision.paths import paths_are_free
 from envs.problem import Array
-from envs.seeding import derived_seed
 from planners.base import Budget, PlannerResult, Status
 from planners.fields.execution import Descent, Field, descend, gradients
 from planners.fields.kernel import CompiledField
+from planners.fields.learning import learn
 from planners.fields.methods import method
 from planners.fields.sampling import Scale
-from planners.fields.training import Minutes, Steps, TrainingState, train
-from planners.learned import LearnedPlanner, Progress, Trained, Training, checked_device
+from planners.learned import LearnedPlanner, Trained, Training
 from planners.weight_files import Tensors
 
 ATTEMPTS = (
@@ -34,8 +32,6 @@ ATTEMPTS = (
 """Tried in turn until a path passes the check: the paper's step, smaller ones, one end only."""
 
 _SAFE = 3 * DEFAULT_TOLERANCE  # what the check finds free, the judge, at its tolerance, does too
-_VALIDATION_PROBLEMS = 200
-_VALIDATED_AT = (0.25, 0.5, 0.75, 1.0)
 
 
 class FieldPlanner(LearnedPlanner):
@@ -111,46 +107,13 @@ class FieldPlanner(LearnedPlanner):
         return seconds, 1 / steepness
 
     def train(self, env: Environment, how: Training) -> Trained:
-        chosen = method(self.name)
-        recipe = chosen.recipe
-        length = Steps(recipe.steps) if how.minutes is None else Minutes(how.minutes)
-        with torch.random.fork_rng():
-            torch.manual_seed(derived_seed("field weights", how.seed))
-            net = chosen.network(env).to(checked_device(how.device))
-        state = TrainingState.begin(net, recipe)
-        if how.checkpoint.is_file():
-            state.load(how.checkpoint)
-        objective = chosen.objective()
-        kept = how.checkpoint.with_suffix(".data.npz")
-        prepared_s = objective.prepare(
-            env, how.seed, kept, lambda share: how.report(Progress("data", share))
-        )
-        watch = _Watch(self, env, how)
-        with _quick_arithmetic():
-            train(
-                state,
-                objective,
-                recipe,
-                length,
-                how.seed,
-                lambda state: state.save(how.checkpoint),
-                watch,
-            )
-        kept.unlink(missing_ok=True)
-        return Trained(
-            {name: t.cpu().numpy() for name, t in state.average.state_dict().items()},
-            chosen.settings()
-            | {
-                "steps": state.step,
-                "minutes": how.minutes,
-                "device": how.device,
-                "threads": torch.get_num_threads(),
-            },
-            data_s=prepared_s + state.data_s,
-            train_s=state.train_s,
-            losses=state.losses,
-            validation=state.validation,
-        )
+        def solved(net: nn.Module, problems: Sequence[Problem]) -> int:
+            student = FieldPlanner(self.name, attempts=len(self._attempts), device=how.device)
+            student._use(env, net)
+            results = student.solve_batch(problems)
+            return sum(result.status is Status.EXACT_SOLUTION for result in results)
+
+        return learn(method(self.name), env, how, solved)
 
     def _use(self, env: Environment, net: Any) -> None:
         """Plans in `env` with `net` from now on."""
@@ -209,37 +172,3 @@ class FieldPlanner(LearnedPlanner):
 
     def _tensor(self, q: Array) -> Tensor:
         return torch.from_numpy(self._scale.shrink(q)).float().to(self.device)
-
-
-class _Watch:
-    """Tells how a training goes, and now and then lets the field plan on problems of its own."""
-
-    def __init__(self, planner: FieldPlanner, env: Environment, how: Training) -> None:
-        self._env = env
-        self._how = how
-        seed = derived_seed("validation", how.seed)
-        self._problems = env.sample_problems(_VALIDATION_PROBLEMS, seed)
-        self._planner = FieldPlanner(planner.name, device=how.device)
-
-    def __call__(self, state: TrainingState) -> None:
-        validation = None
-        due = [at for at in _VALIDATED_AT if at <= state.share]
-        if len(due) > len(state.validation):
-            self._planner._use(self._env, state.average)
-            results = self._planner.solve_batch(self._problems)
-            solved = sum(r.status is Status.EXACT_SOLUTION for r in results)
-            validation = solved, len(results)
-            state.validation.append([state.share, *validation])
-            state.average.train()
-        self._how.report(Progress("training", state.share, state.latest_loss, validation))
-
-
-@contextmanager
-def _quick_arithmetic() -> Iterator[None]:
-    """Takes numbers near 0 as 0, which are slow otherwise."""
-    flushes = torch.set_flush_denormal(True)
-    try:
-        yield
-    finally:
-        if flushes:
-            torch.set_flush_denormal(False)

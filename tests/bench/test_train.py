@@ -15,8 +15,7 @@ from conftest import Cli
 import envs
 from envs.seeding import stream
 from planners import weight_files
-from planners.fields import planner as fields
-from planners.fields import training
+from planners.fields import learning, training
 from planners.fields.methods import METHODS
 from planners.fields.objectives import LargestSubsolution
 from planners.fields.sampling import GroupPlan
@@ -30,7 +29,7 @@ def brief(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Trainings of a few steps, and a cache of their own; the cache's folder."""
     for name, method in METHODS.items():
         monkeypatch.setitem(METHODS, name, replace(method, recipe=Recipe(steps=8)))
-    monkeypatch.setattr(fields, "_VALIDATION_PROBLEMS", 2)
+    monkeypatch.setattr(learning, "_VALIDATION_PROBLEMS", 2)
     monkeypatch.setattr(training, "_CHECKPOINT_EVERY_S", 0.0)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return tmp_path / "cache" / "plannerbench"

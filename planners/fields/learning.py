@@ -1,0 +1,99 @@
+"""A method's whole training in an environment: network, data, steps, validation, checkpoints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+import torch
+from torch import nn
+
+from envs import Environment, Problem
+from envs.seeding import derived_seed
+from planners.fields.methods import Method
+from planners.fields.training import Length, Minutes, Steps, TrainingState, train
+from planners.learned import Progress, Trained, Training, checked_device
+
+Solved = Callable[[nn.Module, Sequence[Problem]], int]
+"""How many of some problems a network solves."""
+
+_VALIDATION_PROBLEMS = 200
+_VALIDATED_AT = (0.25, 0.5, 0.75, 1.0)
+
+
+def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Trained:
+    """Trains a network of a method from scratch, or from the checkpoint."""
+    state = _begun(method, env, how)
+    objective = method.objective()
+    labels = how.checkpoint.with_suffix(".data.npz")
+    prepared_s = objective.prepare(
+        env, how.seed, labels, lambda share: how.report(Progress("data", share))
+    )
+    with _quick_arithmetic():
+        train(
+            state,
+            objective,
+            method.recipe,
+            _length(method, how),
+            how.seed,
+            checkpoint=lambda state: state.save(how.checkpoint),
+            report=_Watch(env, how, solved),
+        )
+    labels.unlink(missing_ok=True)
+    spent = {
+        "steps": state.step,
+        "minutes": how.minutes,
+        "device": how.device,
+        "threads": torch.get_num_threads(),
+    }
+    return Trained(
+        {name: tensor.cpu().numpy() for name, tensor in state.average.state_dict().items()},
+        method.settings() | spent,
+        data_s=prepared_s + state.data_s,
+        train_s=state.train_s,
+        losses=state.losses,
+        validation=state.validation,
+    )
+
+
+def _begun(method: Method, env: Environment, how: Training) -> TrainingState:
+    with torch.random.fork_rng():
+        torch.manual_seed(derived_seed("field weights", how.seed))
+        net = method.network(env).to(checked_device(how.device))
+    state = TrainingState.begin(net, method.recipe)
+    if how.checkpoint.is_file():
+        state.load(how.checkpoint)
+    return state
+
+
+def _length(method: Method, how: Training) -> Length:
+    return Steps(method.recipe.steps) if how.minutes is None else Minutes(how.minutes)
+
+
+class _Watch:
+    """Tells how a training goes, and now and then lets it plan on problems of its own."""
+
+    def __init__(self, env: Environment, how: Training, solved: Solved) -> None:
+        self._report = how.report
+        self._solved = solved
+        seed = derived_seed("validation", how.seed)
+        self._problems = env.sample_problems(_VALIDATION_PROBLEMS, seed)
+
+    def __call__(self, state: TrainingState) -> None:
+        validation = None
+        if sum(at <= state.share for at in _VALIDATED_AT) > len(state.validation):
+            validation = self._solved(state.average, self._problems), len(self._problems)
+            state.validation.append([state.share, *validation])
+            state.average.train()
+        self._report(Progress("training", state.share, state.latest_loss, validation))
+
+
+@contextmanager
+def _quick_arithmetic() -> Iterator[None]:
+    """Takes numbers near 0 as 0, which are slow otherwise."""
+    flushes = torch.set_flush_denormal(True)
+    try:
+        yield
+    finally:
+        if flushes:
+            torch.set_flush_denormal(False)
