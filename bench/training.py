@@ -156,6 +156,8 @@ def _destination(name: str, env: Environment, out: Path | None) -> Path:
     file = out / weight_files.file_name(name, env) if out.is_dir() else out
     if not file.parent.is_dir():
         raise InputError(f"--out {out}: there is no folder {file.parent}")
+    if file.exists() and not weight_files.manifest_file(file).exists():
+        raise InputError(f"--out {out}: there is such a file, and it does not hold weights")
     return file
 
 

@@ -1,5 +1,7 @@
 """How a path is found: planners behind one contract."""
 
+from typing import Any
+
 from envs import Spec
 from envs.registry import Registry
 from planners.base import Budget, Planner, PlannerResult, Status
@@ -24,24 +26,23 @@ def _ompl(
     )
 
 
-def _field(
-    id: str, description: str, groups: tuple[str, ...] = (), method: str = "", in_all: bool = True
-) -> Spec:
+def _field(id: str, description: str, group: str = "", **more: Any) -> Spec:
+    """A time field; `more` are arguments of the planner besides the method, which is `id`."""
     return Spec(
         id,
         "planners.fields.planner:FieldPlanner",
         description,
-        {"method": method or id},
-        groups=groups,
-        in_all=in_all,
+        {"method": id, **more},
+        groups=(group,) if group else (),
+        in_all=group != "ablations",
     )
 
 
 REGISTRY: Registry[Planner] = Registry(
     "planner",
     [
-        _field("ntfields", "neural time field, trained on the physics alone", ("paper",)),
-        _field("ief3d", "the same network, trained on fast marching's times", ("paper",)),
+        _field("ntfields", "neural time field, trained on the physics alone", "paper"),
+        _field("ief3d", "the same network, trained on fast marching's times", "paper"),
         Spec(
             "fmm",
             "planners.fmm:FastMarching",
@@ -57,16 +58,25 @@ REGISTRY: Registry[Planner] = Registry(
         _ompl("aitstar", "AITstar", "AIT*", ("ait*",)),
         _ompl("eitstar", "EITstar", "EIT*", ("eit*",)),
         _ompl("fmt", "FMT", "FMT*, one batch of samples", ("fmt*",)),
-        _field("eikonet", "factored time without symmetry or bounds, trained on speeds (EikoNet)"),
+        _field(
+            "eikonet",
+            "factored time without symmetry or bounds, trained on speeds (EikoNet)",
+            attempts=1,
+        ),
         *(
-            _field(id, description, ("ablations",), method, in_all=False)
-            for id, description, method in (
-                ("ntfields-paper", "the paper's network and training, for a GPU and hours", ""),
-                ("ntfields-nosym", "ntfields without symmetry: features concatenated", ""),
-                ("ntfields-wenc", "ntfields with the w-space encoder, brought in gradually", ""),
-                ("ntfields-wenc-early", "ntfields with the w-space encoder from the start", ""),
-                ("ntfields-nowenc", "without the w-space encoder, as is ntfields", "ntfields"),
+            _field(id, description, "ablations")
+            for id, description in (
+                ("ntfields-paper", "the paper's network and training, for a GPU and hours"),
+                ("ntfields-nosym", "ntfields without symmetry: features concatenated"),
+                ("ntfields-wenc", "ntfields with the w-space encoder, brought in gradually"),
+                ("ntfields-wenc-early", "ntfields with the w-space encoder from the start"),
             )
+        ),
+        _field(
+            "ntfields-nowenc",
+            "without the w-space encoder, as is ntfields",
+            "ablations",
+            method="ntfields",
         ),
     ],
     entry_point_group="bench.planners",

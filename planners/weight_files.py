@@ -84,6 +84,11 @@ def find(planner: str, env: Environment) -> Path | None:
     return next((file for file in candidates if file.is_file()), None)
 
 
+def manifest_file(file: Path) -> Path:
+    """Where the manifest of a file of weights is."""
+    return file.with_suffix(".json") if file.suffix == ".safetensors" else Path(f"{file}.json")
+
+
 def write(file: Path, tensors: Tensors, manifest: Manifest) -> None:
     """Writes weights and manifest, each whole or not at all.
 
@@ -95,7 +100,7 @@ def write(file: Path, tensors: Tensors, manifest: Manifest) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         _replace(file, data)
-        _replace(_manifest_file(file), (json.dumps(described, indent=1) + "\n").encode())
+        _replace(manifest_file(file), (json.dumps(described, indent=1) + "\n").encode())
     except OSError as error:
         raise InputError(f"cannot write weights to {file}: {error}") from error
 
@@ -106,7 +111,7 @@ def link(target: Path, planner: str, env: Environment) -> None:
     name.parent.mkdir(parents=True, exist_ok=True)
     for there, here in (
         (target, name),
-        (_manifest_file(target), _manifest_file(name)),
+        (manifest_file(target), manifest_file(name)),
     ):
         here.unlink(missing_ok=True)
         here.symlink_to(there.absolute())
@@ -119,7 +124,7 @@ def read(file: Path, planner: str, env: Environment) -> tuple[dict[str, NDArray[
         InputError: the file cannot be read, is damaged, or is for something else.
     """
     data = _bytes(file, _MOST_BYTES)
-    manifest = _read_manifest(_manifest_file(file))
+    manifest = _read_manifest(manifest_file(file))
     for what, ours, theirs in (
         ("planner", planner, manifest.planner),
         ("environment", env.fingerprint, manifest.env_fingerprint),
@@ -138,10 +143,6 @@ def read(file: Path, planner: str, env: Environment) -> tuple[dict[str, NDArray[
     if not all(np.isfinite(a).all() for a in tensors.values() if a.dtype.kind == "f"):
         raise InputError(f"{file} holds NaN or infinite weights")
     return tensors, manifest
-
-
-def _manifest_file(file: Path) -> Path:
-    return file.with_suffix(".json") if file.suffix == ".safetensors" else Path(f"{file}.json")
 
 
 def _bytes(file: Path, most: int) -> bytes:

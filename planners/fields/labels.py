@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -142,6 +143,6 @@ def _read(kept: Path, dimension: int, plan: LabelPlan) -> tuple[Labels, float]:
 
 
 def _write(kept: Path, labels: Labels, seconds: float) -> None:
-    part = kept.with_name("part." + kept.name)
+    part = kept.with_name(f"{os.getpid()}.part.{kept.name}")
     np.savez(part, seconds=seconds, **vars(labels))
     part.replace(kept)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, field
@@ -148,7 +149,7 @@ class TrainingState:
         """Writes a checkpoint, whole or not at all."""
         state: dict[str, Any] = {name: getattr(self, name) for name in self._PLAIN}
         state |= {name: getattr(self, name).state_dict() for name in self._MODULES}
-        part = file.with_name(file.name + ".part")
+        part = file.with_name(f"{file.name}.{os.getpid()}.part")
         torch.save(state, part)
         part.replace(file)
 

@@ -96,6 +96,15 @@ def test_weights_written_elsewhere_are_found_too(bench: Cli, brief: Path, tmp_pa
     assert Path(out.strip()).parent == tmp_path / "folder"
 
 
+def test_a_file_that_holds_something_else_is_not_overwritten(bench: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "thesis.txt"
+    file.write_text("years of work")
+    code, _, err = bench(*train_it("--out", file))
+    assert code == 2
+    assert "does not hold weights" in err
+    assert file.read_text() == "years of work"
+
+
 def test_the_same_seed_gives_the_same_weights(bench: Cli, tmp_path: Path) -> None:
     for name in ("a", "b"):
         assert bench(*train_it("--out", tmp_path / name))[0] == 0
