@@ -63,10 +63,15 @@ REGISTRY: Registry[Planner] = Registry(
             "factored time without symmetry or bounds, trained on speeds (EikoNet)",
             attempts=1,
         ),
+        _field(
+            "ntfields-paper",
+            "the paper's network, training and single attempt, for a GPU and hours",
+            "ablations",
+            attempts=1,
+        ),
         *(
             _field(id, description, "ablations")
             for id, description in (
-                ("ntfields-paper", "the paper's network and training, for a GPU and hours"),
                 ("ntfields-nosym", "ntfields without symmetry: features concatenated"),
                 ("ntfields-wenc", "ntfields with the w-space encoder, brought in gradually"),
                 ("ntfields-wenc-early", "ntfields with the w-space encoder from the start"),

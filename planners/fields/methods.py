@@ -99,6 +99,7 @@ METHODS: dict[str, Method] = {
         Recipe(  # 2000 epochs of a million pairs
             steps=200_000,
             learning_rate=5e-4,
+            warm_up_steps=20,
             last_rate_share=1.0,
             weight_decay=0.1,
             betas=(0.9, 0.999),
