@@ -20,7 +20,7 @@ from planners.fields.objectives import (
     WithWorkspace,
 )
 from planners.fields.paper import PaperField, PublishedPhysics
-from planners.fields.sampling import Scale
+from planners.fields.sampling import GroupPlan, Scale
 from planners.fields.training import Recipe, Rollback
 from planners.fields.workspace import SURFACE_POINTS, occupancy
 
@@ -79,10 +79,17 @@ def described(objective: Any) -> dict[str, Any]:
     return {"class": type(objective).__name__, **values}
 
 
+UNIFORM_PAIRS = GroupPlan(groups=384, starts=1, goals=1, local_share=0.0, near_share=0.0)
+"""Independent pairs anywhere, as many points in a step as the default's groups have."""
+
 METHODS: dict[str, Method] = {
     "ntfields": Method(LargestSubsolution),
     "ief3d": Method(Regression, Recipe(steps=3000), expected_minutes=6.0),
-    "eikonet": Method(SpeedRegression, network=small(operator="concatenation", bounded=False)),
+    "eikonet": Method(
+        lambda: SpeedRegression(UNIFORM_PAIRS),
+        expected_minutes=3.0,
+        network=small(operator="concatenation", bounded=False),
+    ),
     "ntfields-nosym": Method(LargestSubsolution, network=small(operator="concatenation")),
     "ntfields-wenc": Method(
         lambda: WithWorkspace(LargestSubsolution()),
