@@ -161,7 +161,8 @@ def make_suite(
     """Checks what was asked for.
 
     Planners chosen by a group ("all") are left out where they support none of the environments.
-    The reference of a match rule is added if it is missing. Learned planners run on `device`.
+    The reference of a match rule is added if it is missing and any of the planners may improve on
+    its first solution. Learned planners run on `device`.
 
     Raises:
         InputError: something is unknown or out of range.
@@ -178,7 +179,8 @@ def make_suite(
     chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
     rule = StopRule.parse(stop)
     named = {entry.id for entry in chosen}
-    added = [rule.reference] if rule.reference and rule.reference.id not in named else []
+    needed = rule.reference is not None and any(entry.make().improves for entry in chosen)
+    added = [rule.reference] if rule.reference and needed and rule.reference.id not in named else []
     chosen = [*added, *(on_device(entry, device) for entry in chosen)]
     for entry in chosen:
         entry.make()  # refuses bad arguments before anything runs

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from time import perf_counter
@@ -29,7 +28,7 @@ class PlannerResult:
 
     status: Status
     path: Any = None
-    stats: Mapping[str, Any] = field(default_factory=dict)
+    stats: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -46,6 +45,7 @@ class Budget:
 
 class Planner(ABC):
     train_s: float = 0.0  # seconds that data and training of the weights in use once took
+    improves: bool = True  # whether it may go on after its first solution, to `stop_cost`
 
     def unsupported(self, env: Environment) -> str | None:
         """Why it cannot plan in `env`, or None if it can."""

@@ -27,6 +27,8 @@ class FastMarching(Planner):
         InputError: an argument is out of range.
     """
 
+    improves = False
+
     def __init__(self, resolution: int = 100, order: int = 2) -> None:
         if not 5 <= resolution <= 10_000:
             raise InputError(f"fmm: resolution must be between 5 and 10000, not {resolution}")

@@ -46,6 +46,8 @@ class FieldPlanner(LearnedPlanner):
         InputError: an argument is out of range.
     """
 
+    improves = False
+
     def __init__(
         self, method: str, weights: str = "", attempts: int = len(ATTEMPTS), device: str = "cpu"
     ) -> None:

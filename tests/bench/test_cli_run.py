@@ -364,3 +364,11 @@ def _rows(folder: Path) -> int:
             return len(selected_records(store, store.selection()))
         except ValueError:
             return 0
+
+
+def test_a_reference_that_nobody_needs_is_not_run(bench: Cli, tmp_path: Path) -> None:
+    run = ("run", "--env", "c3d", "--problems", 1, "--out", tmp_path, "--planners")
+    assert bench(*run, "ntfields")[0] == 0
+    assert list(pd.read_csv(tmp_path / "summary.csv")["planner"]) == ["ntfields"]
+    assert bench(*run, "ntfields,bitstar")[0] == 0
+    assert list(pd.read_csv(tmp_path / "summary.csv")["planner"]) == ["fmm", "ntfields", "bitstar"]
