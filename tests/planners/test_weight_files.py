@@ -198,7 +198,8 @@ def test_shipped_weights_are_whole_small_and_say_how_they_were_made() -> None:
         assert read.command.startswith(f"bench train --env {read.env} --planner {read.planner}")
         assert read.train_s > 0
         assert read.losses[-1][0] == 1
-        assert read.validation[-1][1] >= 0.97 * read.validation[-1][2]
+        if read.planner != "eikonet":  # which is here to show that it falls short
+            assert read.validation[-1][1] >= 0.97 * read.validation[-1][2]
         by_planner.setdefault(read.planner, set()).add(read.env)
     eight = {"c3d", *(f"c3d:scene={i}" for i in range(1, 8))}
     assert by_planner["ntfields"] == eight
