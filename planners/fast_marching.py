@@ -30,6 +30,7 @@ class SpeedGrid:
             np.linspace(low, high, resolution)
             for low, high in zip(env.lower, env.upper, strict=True)
         ]
+        self._env = env
         self._order = order
         self.lower = env.lower
         self.spacing: Array = (env.upper - env.lower) / (resolution - 1)
@@ -51,8 +52,24 @@ class SpeedGrid:
         )
         return times
 
-    def interpolated(self, values: Array, q: Array) -> Array:
-        """`values` on the nodes, multilinearly at configurations (n, d) within the bounds."""
+    def times_at(self, times: Array, goal: Array, q: Array) -> Array:
+        """Arrival times (n,) at configurations (n, d) within the bounds, from those on the nodes,
+        with the time that the front takes within its sphere about `goal` (d,)."""
+        [speed] = self._env.speed(goal[None])
+        at_q: Array = self._interpolated(times, q) + self.radius / speed
+        return at_q
+
+    def steepness_at(self, times: Array, q: Array) -> Array:
+        """|grad T| (n,) at configurations (n, d): central differences on the nodes."""
+        by_axis = [
+            np.asarray(np.gradient(times, h, axis=axis)) for axis, h in enumerate(self.spacing)
+        ]
+        slopes = [self._interpolated(slope, q) for slope in by_axis]
+        steepness: Array = np.linalg.norm(slopes, axis=0)
+        return steepness
+
+    def _interpolated(self, values: Array, q: Array) -> Array:
+        """`values` on the nodes, multilinearly at configurations (n, d)."""
         found: Array = RegularGridInterpolator(self._axes, values)(q)
         return found
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from envs import Environment, InputError, Problem
 from envs.problem import Array
 from planners.base import Budget, Planner, PlannerResult, Status
@@ -44,22 +42,17 @@ class FastMarching(Planner):
         return None
 
     def setup(self, env: Environment, *, seed: int) -> None:
-        self._env = env
         self._grid = SpeedGrid(env, self._resolution, self._order)
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
-        path = self._field(problem.goal).descend(problem.start, problem.goal, self._grid.radius)
+        grid = self._grid
+        field = GridField(grid.arrival_times(problem.goal), grid.lower, grid.spacing)
+        path = field.descend(problem.start, problem.goal, grid.radius)
         if path is None:
             return PlannerResult(Status.APPROXIMATE_SOLUTION)
         return PlannerResult(Status.EXACT_SOLUTION, path)
 
     def times_and_speeds(self, source: Array, q: Array) -> tuple[Array, Array]:
         """See `planners.time_field.TimeFieldPlanner`."""
-        field = self._field(source)
-        within = self._grid.radius / self._env.speed(source[None])[0]
-        times = self._grid.interpolated(field.values, q) + within
-        steepness = np.array([np.linalg.norm(field.gradient(x)) for x in q])
-        return times, 1 / steepness
-
-    def _field(self, goal: Array) -> GridField:
-        return GridField(self._grid.arrival_times(goal), self._grid.lower, self._grid.spacing)
+        times = self._grid.arrival_times(source)
+        return self._grid.times_at(times, source, q), 1 / self._grid.steepness_at(times, q)

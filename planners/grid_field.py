@@ -21,7 +21,7 @@ class GridField:
     """
 
     def __init__(self, values: Array, lower: Array, spacing: Array) -> None:
-        self.values = values
+        self._values = values
         self._lower = lower
         self._spacing = spacing
         self._cells = np.array(values.shape) - 2
@@ -39,7 +39,7 @@ class GridField:
         upper = self._lower + self._spacing * (self._cells + 1)
         q = np.array(start)
         path = [q]
-        for _ in range(_STEP_LIMIT * max(self.values.shape)):
+        for _ in range(_STEP_LIMIT * max(self._values.shape)):
             if np.linalg.norm(q - goal) <= radius:
                 return np.array([*path, goal])
             direction = self._downhill(q)
@@ -73,7 +73,7 @@ class GridField:
         return gradient
 
     def _at(self, index: Array) -> Array:
-        values: Array = self.values[tuple(np.moveaxis(index, -1, 0))]
+        values: Array = self._values[tuple(np.moveaxis(index, -1, 0))]
         return values
 
 

@@ -39,7 +39,7 @@ class Manifest:
     Attributes:
         planner: name of the planner they are for.
         env: canonical id of the environment, for people; `env_fingerprint` decides.
-        settings: what the planner needs to rebuild the network, and how it was trained.
+        settings: how they were trained, for people; the network is rebuilt from the planner.
         data_s, train_s: seconds of making data and of training on it, data not included.
         losses: [share of the training, loss].
         validation: [share of the training, problems solved, problems].

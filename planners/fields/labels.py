@@ -93,7 +93,6 @@ class _Solver:
     """What each process keeps."""
 
     def __init__(self, env: Environment, plan: LabelPlan, seed: int) -> None:
-        self._env = env
         self._plan = plan
         self._seed = seed
         self._grid = SpeedGrid(env, plan.resolution, order=2)
@@ -105,12 +104,12 @@ class _Solver:
         plan, grid, scale = self._plan, self._grid, self._scale
         rng = stream("field labels", self._seed, index)
         source = scale.grow(self._points.draw(rng, 1)[0])
-        times = grid.arrival_times(source) + grid.radius / self._env.speed(source[None])[0]
+        times = grid.arrival_times(source)
         nearest = plan.nearest * float(grid.spacing.max())
         goals = scale.grow(self._points.draw(rng, 2 * plan.goals))
         distance = np.linalg.norm(goals - source, axis=1)
         far = np.flatnonzero(distance >= nearest)[: plan.goals]
-        stretch = np.log(grid.interpolated(times, goals[far]) / distance[far])
+        stretch = np.log(grid.times_at(times, source, goals[far]) / distance[far])
         found = scale.shrink(source), scale.shrink(goals[far]), stretch
         return Labels(*(part.astype(np.float32)[None] for part in found))
 

@@ -73,11 +73,12 @@ class FieldPlanner(LearnedPlanner):
             return PlannerResult(refusal)
         for number, descent in enumerate(self._attempts, start=1):
             if budget.remaining() <= 0:
-                return PlannerResult(Status.TIMEOUT)
+                break
             path = self._one(problem.start, problem.goal, descent)
             if path is not None and self._free([path])[0] and budget.remaining() > 0:
                 return PlannerResult(Status.EXACT_SOLUTION, path, {"attempts": number})
-        return PlannerResult(Status.APPROXIMATE_SOLUTION)
+        late = budget.remaining() <= 0
+        return PlannerResult(Status.TIMEOUT if late else Status.APPROXIMATE_SOLUTION)
 
     def solve_batch(self, problems: Sequence[Problem]) -> list[PlannerResult]:
         """Solves many problems at once, with the attempts of `solve`, without a deadline."""

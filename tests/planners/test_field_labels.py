@@ -62,8 +62,7 @@ def test_labels_are_times_of_fast_marching(c3d: Environment, tmp_path: Path) -> 
     assert (distance * 20 >= PLAN.nearest * 20 / 29 - 1e-5).all()
     grid = SpeedGrid(c3d, PLAN.resolution, order=2)
     source = made.sources[0].astype(float) * 20
-    times = grid.arrival_times(source) + grid.radius / c3d.speed(source[None])[0]
-    wanted = grid.interpolated(times, made.goals[0].astype(float) * 20)
+    wanted = grid.times_at(grid.arrival_times(source), source, made.goals[0].astype(float) * 20)
     assert 20 * distance[0] * np.exp(made.stretch[0]) == pytest.approx(wanted, rel=1e-3)
 
 

@@ -115,6 +115,22 @@ def test_no_time_is_a_timeout(planner: FieldPlanner, c3d: Environment) -> None:
     assert planner.solve(problem, budget(0.0)).status is Status.TIMEOUT
 
 
+def test_a_path_that_comes_too_late_is_a_timeout(
+    planner: FieldPlanner, c3d: Environment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    [problem] = c3d.sample_problems(1, seed=6)
+    path = planner.solve(problem, budget()).path
+
+    def slow(start: np.ndarray, goal: np.ndarray, descent: Descent) -> np.ndarray:
+        time.sleep(0.05)
+        return np.asarray(path)
+
+    monkeypatch.setattr(planner, "_one", slow)
+    assert planner.solve(problem, budget(0.04)).status is Status.TIMEOUT
+    monkeypatch.setattr(planner, "_attempts", ATTEMPTS[:1])
+    assert planner.solve(problem, budget(0.04)).status is Status.TIMEOUT
+
+
 def test_start_and_goal_in_one_place(planner: FieldPlanner, c3d: Environment) -> None:
     [problem] = c3d.sample_problems(1, seed=6)
     result = planner.solve(Problem(problem.start, problem.start), budget())
