@@ -7,7 +7,7 @@ import logging
 import re
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NoReturn
@@ -69,15 +69,24 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _command(
+    subparsers: Any, name: str, command: Callable[[argparse.Namespace], int], **texts: str
+) -> argparse.ArgumentParser:
+    """A new command of the command line, still without arguments."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(name, allow_abbrev=False, **texts)
+    parser.set_defaults(command=command, parser=parser)
+    return parser
+
+
 def _add_run(subparsers: Any) -> None:
-    parser = subparsers.add_parser(
+    parser = _command(
+        subparsers,
         "run",
-        allow_abbrev=False,
+        commands.run,
         help="measure planners and print a table",
         description="Runs every planner on the same problems, each in its own process, judges "
         "every path, and prints a table. What DIR holds already is not measured again.",
     )
-    parser.set_defaults(command=commands.run, parser=parser)
     add = parser.add_argument
     add("--env", required=True, help="environments, as in c3d,c3d:scene=3,boxes=20")
     add(
@@ -111,14 +120,14 @@ def _add_run(subparsers: Any) -> None:
 
 
 def _add_train(subparsers: Any) -> None:
-    parser = subparsers.add_parser(
+    parser = _command(
+        subparsers,
         "train",
-        allow_abbrev=False,
+        commands.train,
         help="train a learned planner for an environment",
         description="Trains a learned planner, or goes on where an interrupted training stopped. "
         "Runs find its weights afterwards, unless others are shipped.",
     )
-    parser.set_defaults(command=commands.train, parser=parser)
     add = parser.add_argument
     add("--env", required=True, help="an environment, as in c3d:scene=3")
     add("--planner", required=True, metavar="P", help="a learned planner, as in ntfields")
@@ -129,26 +138,26 @@ def _add_train(subparsers: Any) -> None:
 
 
 def _add_report(subparsers: Any) -> None:
-    parser = subparsers.add_parser(
+    parser = _command(
+        subparsers,
         "report",
-        allow_abbrev=False,
+        commands.report,
         help="tables of a run",
         description="Writes the tables of what was last run into each DIR, and prints them.",
     )
-    parser.set_defaults(command=commands.report, parser=parser)
     parser.add_argument("dirs", nargs="+", type=Path, metavar="DIR")
     parser.add_argument("--format", default="md,csv", help="of md,csv (default: both)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="(default: the run's own)")
 
 
 def _add_show(subparsers: Any) -> None:
-    parser = subparsers.add_parser(
+    parser = _command(
+        subparsers,
         "show",
-        allow_abbrev=False,
+        commands.show,
         help="draw an environment and paths",
         description="Draws an environment, and one problem with every planner's path from a run.",
     )
-    parser.set_defaults(command=commands.show, parser=parser)
     parser.add_argument("--env", required=True)
     parser.add_argument("--paths", type=Path, metavar="DIR", help="a folder that run wrote")
     parser.add_argument("--planners", default="all", help="whose paths (default: all there are)")
@@ -157,14 +166,14 @@ def _add_show(subparsers: Any) -> None:
 
 
 def _add_field(subparsers: Any) -> None:
-    parser = subparsers.add_parser(
+    parser = _command(
+        subparsers,
         "field",
-        allow_abbrev=False,
+        commands.field,
         help="draw the time fields of planners",
         description="Draws predicted speed (colour) and arrival time from a source (lines) on a "
         "slice, a column a planner, with the relative error of the time against fast marching.",
     )
-    parser.set_defaults(command=commands.field, parser=parser)
     add = parser.add_argument
     add("--env", required=True)
     add("--planners", default="fmm,ntfields,ief3d", help="(default: fmm,ntfields,ief3d)")
@@ -187,13 +196,13 @@ def _numbers(text: str) -> Any:
 
 
 def _add_list(subparsers: Any) -> None:
-    parser = subparsers.add_parser(
+    parser = _command(
+        subparsers,
         "list",
-        allow_abbrev=False,
+        commands.list_,
         help="list planners and environments",
         description="Lists what is registered.",
     )
-    parser.set_defaults(command=commands.list_, parser=parser)
     parser.add_argument("what", nargs="?", choices=("planners", "envs"))
     parser.add_argument("--json", action="store_true")
 

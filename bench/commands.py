@@ -22,6 +22,7 @@ DONE, NOTHING_MEASURED = 0, 3
 
 
 def run(chosen: argparse.Namespace) -> int:
+    """`bench run`."""
     suite = make_suite(
         env=chosen.env,
         planner=chosen.planners,
@@ -66,6 +67,7 @@ def train(chosen: argparse.Namespace) -> int:
 
 
 def report(chosen: argparse.Namespace) -> int:
+    """`bench report`."""
     formats = [f for f in chosen.format.split(",") if f]
     for name in formats:
         if name not in files.FORMATS:
@@ -83,6 +85,7 @@ def report(chosen: argparse.Namespace) -> int:
 
 
 def show(chosen: argparse.Namespace) -> int:
+    """`bench show`."""
     from bench.report import scene  # matplotlib takes a second, which only this command needs
 
     world = envs.make(chosen.env)
@@ -120,6 +123,7 @@ def field(chosen: argparse.Namespace) -> int:
 
 
 def list_(chosen: argparse.Namespace) -> int:
+    """`bench list`."""
     wanted: dict[str, Registry[Any]] = {"planners": planners.REGISTRY, "envs": envs.REGISTRY}
     if chosen.what:
         wanted = {chosen.what: wanted[chosen.what]}

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
+from functools import cached_property
 from time import monotonic
 from typing import Any
 
@@ -94,7 +95,7 @@ def run(
 
 
 def _announce_training(stages: Sequence[_Stage]) -> None:
-    minutes = sum(stage.minutes_of_training() for stage in stages)
+    minutes = sum(stage.minutes_of_training for stage in stages)
     if minutes:
         logger.info(
             "learned planners are trained first, about %.0f minutes; --no-train leaves them out",
@@ -134,15 +135,16 @@ class _Stage:
             zip(by_reference["problem"], by_reference["length"], strict=True)
         )
 
+    @cached_property
     def minutes_of_training(self) -> float:
-        """About how long `prepare` takes."""
+        """About how long `prepare` takes, by what has weights when it is first asked."""
         if not self._suite.train:
             return 0.0
         return sum(training.expected_minutes(self._arena.entry, p) for p in self._contesting())
 
     def prepare(self) -> None:
         """Trains what has to be trained."""
-        begin, trains = monotonic(), self.minutes_of_training() > 0
+        begin, trains = monotonic(), self.minutes_of_training > 0
         self._contestants = {
             planner.id: Contestant(
                 self._arena,

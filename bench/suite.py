@@ -167,12 +167,12 @@ def make_suite(
     Raises:
         InputError: something is unknown or out of range.
     """
-    _check_range("--problems", problems, 1, 1_000_000)
-    _check_range("--seed", seed, 0, 2**32 - 1)
-    _check_range("--time-limit", time_limit_s, 0.001, 86_400)
+    check_range("--problems", problems, 1, 1_000_000)
+    check_range("--seed", seed, 0, 2**32 - 1)
+    check_range("--time-limit", time_limit_s, 0.001, 86_400)
     _check_jobs(jobs)
     checked_device(device)
-    _check_range("--memory-limit", memory_limit_mb, 256, 2**24)
+    check_range("--memory-limit", memory_limit_mb, 256, 2**24)
     env_entries = envs.REGISTRY.entries(env)
     # Not the arenas' own, which the judge uses: planners get to see these.
     worlds = [entry.make() for entry in env_entries]
@@ -216,6 +216,7 @@ def _check_jobs(jobs: int) -> None:
         )
 
 
-def _check_range(option: str, value: float, low: float, high: float) -> None:
+def check_range(option: str, value: float, low: float, high: float) -> None:
+    """Raises InputError if the value of an option is not between two others, or not a number."""
     if not low <= value <= high:
         raise InputError(f"{option} must be between {low} and {high}, not {value}")

@@ -15,6 +15,7 @@ from bench import machine
 from bench.process import SetUp
 from bench.progress import TrainingProgress
 from bench.record import Fault
+from bench.suite import check_range
 from envs import Environment, InputError
 from envs.registry import Entry
 from planners import Planner, weight_files
@@ -47,10 +48,13 @@ def train(
         InputError: the planner needs no training or cannot plan there, or an argument is out of
             range.
     """
-    made, world = planner.make(), env.make()
+    world = env.make()
+    made = _learned(planner)
     checked_device(device)
-    _check(made, planner.id, world, seed, minutes)
-    assert isinstance(made, LearnedPlanner)
+    _check_supported(made, planner.id, world)
+    check_range("--seed", seed, 0, 2**32 - 1)
+    if minutes is not None:
+        check_range("--minutes", minutes, 0.01, 100_000)
     file = _destination(made.name, world, out)
     checkpoint = _checkpoint(made.name, world, f"{planner.spec.version} {seed} {minutes} {device}")
     expected = minutes or made.expected_minutes(world)
@@ -114,9 +118,7 @@ def ready(env: Entry[Environment], planner: Entry[Planner], may_train: bool) -> 
         InputError: it cannot plan there, or has no weights and may not be trained.
     """
     made, world = planner.make(), env.make()
-    reason = made.unsupported(world)
-    if reason is not None:
-        raise InputError(f"{planner.id} cannot plan there: {reason}")
+    _check_supported(made, planner.id, world)
     refused = unready(env, planner, may_train=may_train)
     if refused is not None:
         raise InputError(f"{planner.id}: {refused.error}")
@@ -138,16 +140,17 @@ def _lacks_weights(planner: Planner, env: Environment) -> TypeGuard[LearnedPlann
     )
 
 
-def _check(planner: Planner, id: str, env: Environment, seed: int, minutes: float | None) -> None:
-    if not isinstance(planner, LearnedPlanner):
-        raise InputError(f"{id} needs no training")
+def _learned(planner: Entry[Planner]) -> LearnedPlanner:
+    made = planner.make()
+    if not isinstance(made, LearnedPlanner):
+        raise InputError(f"{planner.id} needs no training")
+    return made
+
+
+def _check_supported(planner: Planner, id: str, env: Environment) -> None:
     reason = planner.unsupported(env)
     if reason is not None:
         raise InputError(f"{id} cannot plan there: {reason}")
-    if not 0 <= seed < 2**32:
-        raise InputError(f"--seed must be between 0 and {2**32 - 1}, not {seed}")
-    if minutes is not None and not 0.01 <= minutes <= 100_000:
-        raise InputError(f"--minutes must be between 0.01 and 100000, not {minutes}")
 
 
 def _destination(name: str, env: Environment, out: Path | None) -> Path:

@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import faulty_planners
+import pandas as pd
 import pytest
 
 import envs
 import planners
 from bench import cli
+from bench.report.files import selected_records
+from bench.store import Store
 from envs import Environment
 
 Cli = Callable[..., tuple[int, str, str]]
+Refused = Callable[..., str]
+
+
+def records_of(folder: Path) -> pd.DataFrame:
+    """What a folder's latest run is about, a row an attempt."""
+    with Store(folder, create=False) as store:
+        return selected_records(store, store.selection())
 
 
 @pytest.fixture(scope="session")
@@ -29,6 +40,26 @@ def bench(capfd: pytest.CaptureFixture[str]) -> Cli:
         code = cli.main([str(a) for a in arguments])
         out, err = capfd.readouterr()
         return code, out, err
+
+    return call
+
+
+@pytest.fixture
+def refused(bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refused:
+    """The command line with arguments that it must refuse: exit code 2, one line on stderr, which
+    is given, and nothing written to the current folder."""
+
+    def call(*arguments: object) -> str:
+        folder = tmp_path / "current"
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        code, out, err = bench(*arguments)
+        assert code == 2
+        assert out == ""
+        assert err.startswith("bench: error: ")
+        assert err.count("\n") == 1, "one line"
+        assert not list(folder.iterdir()), "nothing is written"
+        return err
 
     return call
 

@@ -6,7 +6,7 @@ import os
 import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from multiprocessing import get_context
 from pathlib import Path
 from time import monotonic
@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from envs import Environment
 from envs.seeding import stream
 from planners.fast_marching import SpeedGrid
-from planners.fields.sampling import PointSampler, Scale
+from planners.fields.sampling import PointSampler, Scale, Space
 
 Single = NDArray[np.float32]
 
 _BLOCK = 5  # sources a process between two savings
-_NAMES = ("sources", "goals", "stretch")
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ class _Solver:
         self._plan = plan
         self._seed = seed
         self._grid = SpeedGrid(env, plan.resolution, order=2)
-        self._points = PointSampler.of(env)
+        self._points = PointSampler(Space.of(env))
         self._scale = Scale.of(env)
 
     def solve(self, index: int) -> Labels:
@@ -138,7 +137,7 @@ def _read(kept: Path, dimension: int, plan: LabelPlan) -> tuple[Labels, float]:
         shapes = (0, dimension), (0, plan.goals, dimension), (0, plan.goals)
         return Labels(*(np.empty(shape, dtype=np.float32) for shape in shapes)), 0.0
     with np.load(kept) as held:
-        return Labels(*(held[name] for name in _NAMES)), float(held["seconds"])
+        return Labels(*(held[part.name] for part in fields(Labels))), float(held["seconds"])
 
 
 def _write(kept: Path, labels: Labels, seconds: float) -> None:

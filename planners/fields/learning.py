@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
+from typing import Any
 
 import torch
 from torch import nn
@@ -41,6 +43,7 @@ def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Tr
         )
     labels.unlink(missing_ok=True)
     spent = {
+        "network": _described(state.net),
         "steps": state.step,
         "minutes": how.minutes,
         "device": how.device,
@@ -64,6 +67,15 @@ def _begun(method: Method, env: Environment, how: Training) -> TrainingState:
     if how.checkpoint.is_file():
         state.load(how.checkpoint)
     return state
+
+
+def _described(net: nn.Module) -> dict[str, Any]:
+    shape = getattr(net, "shape", None)
+    return {
+        "class": type(net).__name__,
+        "parameters": sum(weights.numel() for weights in net.parameters()),
+        **({} if shape is None else {"shape": asdict(shape)}),
+    }
 
 
 def _length(method: Method, how: Training) -> Length:

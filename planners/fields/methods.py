@@ -20,7 +20,7 @@ from planners.fields.objectives import (
     WithWorkspace,
 )
 from planners.fields.paper import PaperField, PublishedPhysics
-from planners.fields.sampling import GroupPlan, Scale
+from planners.fields.sampling import GroupPlan, NearSurfaces, Scale
 from planners.fields.training import Recipe, Rollback
 from planners.fields.workspace import SURFACE_POINTS, occupancy
 
@@ -79,7 +79,7 @@ def described(objective: Any) -> dict[str, Any]:
     return {"class": type(objective).__name__, **values}
 
 
-UNIFORM_PAIRS = GroupPlan(groups=384, starts=1, goals=1, local_share=0.0, near_share=0.0)
+UNIFORM_PAIRS = GroupPlan(groups=384, starts=1, goals=1, local_share=0.0, near=NearSurfaces(0.0))
 """Independent pairs anywhere, as many points in a step as the default's groups have."""
 
 METHODS: dict[str, Method] = {

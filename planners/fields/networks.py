@@ -172,18 +172,21 @@ class TimeField(nn.Module):
 
     Attributes:
         workspace_weight: lambda, by which the w-space encoder's features count.
+
+    Raises:
+        ValueError: there is a w-space encoder and no grid, or a grid and no encoder.
     """
 
     def __init__(self, shape: FieldShape, grid: Tensor | None = None) -> None:
         super().__init__()
+        if shape.workspace != (grid is not None):
+            raise ValueError("a grid belongs to a w-space encoder, and only to one")
         self.shape = shape
         self.operator: Operator = OPERATORS[shape.operator]()
         self.encoder = CSpaceEncoder(shape)
         self.generator = TimeFieldGenerator(shape, self.operator.widening * shape.features)
         self.workspace_weight = 1.0
-        self.workspace = (
-            WSpaceEncoder(2 * shape.width, grid) if shape.workspace and grid is not None else None
-        )
+        self.workspace = None if grid is None else WSpaceEncoder(2 * shape.width, grid)
 
     def forward(self, start: Tensor, goal: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Stretch (n,) and its gradients (n, d) by starts and goals (n, d)."""

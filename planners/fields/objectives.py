@@ -16,7 +16,7 @@ from envs import Environment
 from planners.fields.labels import LabelPlan, make_labels
 from planners.fields.networks import TimeField
 from planners.fields.physics import log_slowness_error, subsolution_loss
-from planners.fields.sampling import GroupPlan, GroupSampler
+from planners.fields.sampling import GroupPlan, GroupSampler, Space
 
 Batch = tuple[Tensor, ...]
 
@@ -46,7 +46,7 @@ class _Groups:
     def prepare(
         self, env: Environment, seed: int, kept: Path, report: Callable[[float], None]
     ) -> float:
-        self._sampler = GroupSampler.of(env, self.plan)
+        self._sampler = GroupSampler(Space.of(env), self.plan)
         return 0.0
 
     def draw(self, rng: np.random.Generator) -> Batch:

@@ -41,6 +41,56 @@ class Scale:
 
 
 @dataclass(frozen=True)
+class NearSurfaces:
+    """Which points count as near the surface of obstacles, and how many are drawn there.
+
+    Attributes:
+        share: of all points.
+        nearest, farthest: clearances, in the networks' space.
+    """
+
+    share: float = 0.3
+    nearest: float = -0.01
+    farthest: float = 0.09
+
+    def holds(self, clearance: Array) -> NDArray[np.bool_]:
+        """Which clearances are near, in their shape."""
+        near: NDArray[np.bool_] = (clearance > self.nearest) & (clearance < self.farthest)
+        return near
+
+
+@dataclass(frozen=True)
+class Space:
+    """What samplers see of an environment, in the networks' space and unit.
+
+    Attributes:
+        lower, upper: (d,) bounds.
+        clearance: (n, d) -> (n,).
+        speed: clearances of any shape to speeds in 0..1.
+    """
+
+    lower: Array
+    upper: Array
+    clearance: Callable[[Array], Array]
+    speed: Callable[[Array], Array]
+
+    @staticmethod
+    def of(env: Environment) -> Space:
+        """That of an environment."""
+        scale = Scale.of(env)
+        return Space(
+            scale.shrink(env.lower),
+            scale.shrink(env.upper),
+            lambda x: env.clearance(scale.grow(x)) / scale.extent,
+            lambda clearance: env.speed_model(clearance * scale.extent),
+        )
+
+    def uniform(self, rng: np.random.Generator, *shape: int) -> Array:
+        """Points (*shape, d) anywhere within the bounds."""
+        return rng.uniform(self.lower, self.upper, (*shape, len(self.lower)))
+
+
+@dataclass(frozen=True)
 class GroupPlan:
     """How groups of points are drawn.
 
@@ -55,10 +105,7 @@ class GroupPlan:
     local_share: float = 0.5
     least_radius: float = 0.01
     greatest_radius: float = 0.5
-    near_share: float = 0.3
-    """Share of the points that are drawn near the surface of obstacles."""
-    nearest: float = -0.01
-    farthest: float = 0.09
+    near: NearSurfaces = NearSurfaces()
     candidates: int = 3
     """Further points drawn for each, among which those near a surface are sought."""
 
@@ -69,121 +116,60 @@ class GroupPlan:
 
 
 class PointSampler:
-    """Draws configurations, some of them near surfaces.
-
-    Args:
-        lower, upper: (d,) bounds in the networks' space.
-        clearance: (n, d) -> (n,), in the networks' space and unit.
-        near_share: share of the points that lie near the surface of obstacles.
-        nearest, farthest: what near means.
-    """
+    """Draws configurations, some of them near surfaces."""
 
     _CANDIDATES = 8  # drawn for each near point, among which near ones are sought
 
-    def __init__(
-        self,
-        lower: Array,
-        upper: Array,
-        clearance: Callable[[Array], Array],
-        near_share: float = 0.3,
-        nearest: float = -0.01,
-        farthest: float = 0.09,
-    ) -> None:
-        self._lower = lower
-        self._upper = upper
-        self._clearance = clearance
-        self._near_share = near_share
-        self._nearest = nearest
-        self._farthest = farthest
-
-    @staticmethod
-    def of(env: Environment) -> PointSampler:
-        """A sampler of an environment's configurations."""
-        scale = Scale.of(env)
-        return PointSampler(
-            scale.shrink(env.lower),
-            scale.shrink(env.upper),
-            lambda x: env.clearance(scale.grow(x)) / scale.extent,
-        )
+    def __init__(self, space: Space, near: NearSurfaces = NearSurfaces()) -> None:
+        self._space = space
+        self._near = near
 
     def draw(self, rng: np.random.Generator, n: int) -> Array:
         """Points (n, d) in random order, in the networks' space."""
-        wanted = round(self._near_share * n)
-        candidates = rng.uniform(
-            self._lower, self._upper, (self._CANDIDATES * wanted, len(self._lower))
-        )
-        clearance = self._clearance(candidates)
-        near = candidates[(clearance > self._nearest) & (clearance < self._farthest)][:wanted]
-        spread = rng.uniform(self._lower, self._upper, (n - len(near), len(self._lower)))
-        return rng.permutation(np.concatenate([near, spread]))
+        wanted = round(self._near.share * n)
+        candidates = self._space.uniform(rng, self._CANDIDATES * wanted)
+        near = candidates[self._near.holds(self._space.clearance(candidates))][:wanted]
+        return rng.permutation(np.concatenate([near, self._space.uniform(rng, n - len(near))]))
 
 
 class GroupSampler:
-    """Draws groups of configurations with the speed at each.
+    """Draws groups of configurations with the speed at each."""
 
-    Args:
-        lower, upper: (d,) bounds in the networks' space.
-        clearance: (n, d) -> (n,), in the networks' space and unit.
-        speed: clearances of any shape to speeds in 0..1.
-    """
-
-    def __init__(
-        self,
-        lower: Array,
-        upper: Array,
-        clearance: Callable[[Array], Array],
-        speed: Callable[[Array], Array],
-        plan: GroupPlan,
-    ) -> None:
-        self._lower = lower
-        self._upper = upper
-        self._clearance = clearance
-        self._speed = speed
+    def __init__(self, space: Space, plan: GroupPlan) -> None:
+        self._space = space
         self._plan = plan
-
-    @staticmethod
-    def of(env: Environment, plan: GroupPlan) -> GroupSampler:
-        """A sampler of an environment's configurations and speeds."""
-        scale = Scale.of(env)
-        return GroupSampler(
-            scale.shrink(env.lower),
-            scale.shrink(env.upper),
-            lambda x: env.clearance(scale.grow(x)) / scale.extent,
-            lambda clearance: env.speed_model(clearance * scale.extent),
-            plan,
-        )
 
     def draw(self, rng: np.random.Generator) -> tuple[Array, Array]:
         """Points (groups, starts + goals, d) and their log speeds (groups, starts + goals)."""
         plan = self._plan
         drawn = self._candidates(rng, plan.points * (1 + plan.candidates))
         flat = drawn.reshape(-1, drawn.shape[-1])
-        clearance = self._clearance(flat).reshape(drawn.shape[:2])
+        clearance = self._space.clearance(flat).reshape(drawn.shape[:2])
         chosen = self._choose(rng, clearance)
         points = np.take_along_axis(drawn, chosen[..., None], axis=1)
-        speeds = self._speed(np.take_along_axis(clearance, chosen, axis=1))
+        speeds = self._space.speed(np.take_along_axis(clearance, chosen, axis=1))
         return points, np.log(speeds)
 
     def _candidates(self, rng: np.random.Generator, n: int) -> Array:
-        plan, d = self._plan, len(self._lower)
+        plan, space = self._plan, self._space
         local = round(plan.local_share * plan.groups)
-        centers = rng.uniform(self._lower, self._upper, (local, 1, d))
+        centers = space.uniform(rng, local, 1)
         ends = math.log(plan.least_radius), math.log(plan.greatest_radius)
         radii = np.exp(rng.uniform(*ends, (local, 1, 1)))
-        direction = rng.normal(size=(local, n, d))
+        direction = rng.normal(size=(local, n, centers.shape[-1]))
         direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
-        balls = centers + radii * direction * rng.random((local, n, 1)) ** (1 / d)
-        spread = rng.uniform(self._lower, self._upper, (plan.groups - local, n, d))
-        return np.concatenate([np.clip(balls, self._lower, self._upper), spread])
+        balls = centers + radii * direction * rng.random((local, n, 1)) ** (1 / centers.shape[-1])
+        spread = space.uniform(rng, plan.groups - local, n)
+        return np.concatenate([np.clip(balls, space.lower, space.upper), spread])
 
     def _choose(self, rng: np.random.Generator, clearance: Array) -> NDArray[np.int64]:
         """Indices (groups, points): the first candidates, some replaced by ones near a surface."""
         plan = self._plan
         spare = clearance[:, plan.points :]
-        near = (spare > plan.nearest) & (spare < plan.farthest)
+        near = plan.near.holds(spare)
         order = np.argsort(np.where(near, rng.random(near.shape), 2.0), axis=1)[:, : plan.points]
         order = rng.permuted(order, axis=1)  # else starts would get more of the near ones
-        replace = rng.random(order.shape) < plan.near_share
+        replace = rng.random(order.shape) < plan.near.share
         replace &= np.take_along_axis(near, order, axis=1)
         own = np.broadcast_to(np.arange(plan.points), order.shape)
         replaced: NDArray[np.int64] = np.where(replace, order + plan.points, own)

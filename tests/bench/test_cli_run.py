@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import json
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import Cli
+from conftest import Cli, records_of
 
 from bench.record import decode_path
-from bench.report.files import selected_records
-from bench.store import Store
 
 PLANNERS = "fmm:resolution=40,rrtconnect,rrtstar"
-
-
-def records_of(folder: Path) -> pd.DataFrame:
-    with Store(folder, create=False) as store:
-        return selected_records(store, store.selection())
 
 
 def small_run(folder: Path, *more: object) -> list[object]:
@@ -190,72 +181,6 @@ def test_more_problems_only_add_to_what_is_there(
     assert asked() == [0, 1], "another time limit is another measurement"
 
 
-@pytest.mark.parametrize(
-    ("rule", "costs"),
-    [("first", {np.inf}), ("limit", {0.0}), ("match:raises", {0.0})],
-)
-def test_stop_rules_reach_the_planner(
-    rule: str,
-    costs: set[float],
-    bench: Cli,
-    faulty: list[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    counted = tmp_path / "count"
-    monkeypatch.setenv("COUNT_FILE", str(counted))
-    run = ("run", "--env", "c3d", "--planners", "counts", "--problems", 2, "--stop", rule)
-    assert bench(*run, "--out", tmp_path / "out")[0] == 0
-    warm_up, *asked = counted.read_text().split("\n")[:-1]
-    assert float(warm_up.split()[1]) == np.inf
-    assert {float(line.split()[1]) for line in asked} == costs
-
-
-def test_matching_uses_the_judged_length(
-    bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    counted = tmp_path / "count"
-    monkeypatch.setenv("COUNT_FILE", str(counted))
-    out = tmp_path / "out"
-    run = ("run", "--env", "c3d", "--planners", "counts", "--problems", 6, "--out", out)
-    assert bench(*run, "--stop", "match:straight:0.5")[0] == 0
-    records = records_of(out)
-    assert pd.read_csv(out / "summary.csv")["planner"].tolist() == ["straight", "counts"]
-    reference = records[records["planner"] == "straight"].set_index("problem")
-    assert {"VALID", "COLLISION"} == set(reference["outcome"])
-    for line in counted.read_text().split("\n")[1:-1]:
-        index, cost = line.split()
-        row = reference.loc[int(index)]
-        wanted = 1.5 * row["length"] if row["outcome"] == "VALID" else 0.0
-        assert float(cost) == pytest.approx(wanted)
-
-
-def test_a_reference_that_fails_when_measured_anew_sets_no_length(
-    bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    counted = tmp_path / "count"
-    monkeypatch.setenv("COUNT_FILE", str(counted))
-    run = (
-        "run",
-        "--env",
-        "c3d:boxes=1",
-        "--planners",
-        "counts",
-        "--problems",
-        3,
-        "--out",
-        tmp_path,
-    )
-    assert bench(*run, "--stop", "match:moody")[0] == 0
-    costs = [float(line.split()[1]) for line in counted.read_text().split("\n")[1:-1]]
-    assert any(cost > 0 for cost in costs)
-    counted.write_text("")
-    monkeypatch.setenv("MOODY_FAILS", "1")
-    assert bench(*run, "--stop", "match:moody", "--force")[0] == 0
-    costs = [float(line.split()[1]) for line in counted.read_text().split("\n")[1:-1]]
-    assert costs == [0.0, 0.0, 0.0]
-
-
 def test_two_at_a_time_give_the_same_problems_and_verdicts(bench: Cli, tmp_path: Path) -> None:
     run = ("run", "--env", "c3d,c3d:scene=1", "--planners", "rrtconnect,bitstar", "--problems", 11)
     tables = []
@@ -301,51 +226,6 @@ def test_all_leaves_out_what_supports_nothing(
     assert "ntfields-paper" not in ids
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_keeps_what_was_done_and_goes_on(
-    number: int, tmp_path: Path, bench: Cli
-) -> None:
-    run = [
-        *("run", "--env", "c3d", "--planners", "rrtstar", "--problems", "8", "--stop", "limit"),
-        *("--time-limit", "0.7", "--out", str(tmp_path)),
-    ]
-    # As from a terminal: where the tests run in the background, SIGINT may be ignored.
-    as_from_terminal = signal.signal(signal.SIGINT, signal.SIG_DFL)
-    process = subprocess.Popen(
-        [sys.executable, "-m", "bench", *run], stderr=subprocess.PIPE, stdout=subprocess.PIPE
-    )
-    signal.signal(signal.SIGINT, as_from_terminal)
-    deadline = time.monotonic() + 60
-    while _rows(tmp_path) < 2 and time.monotonic() < deadline:
-        time.sleep(0.05)
-    process.send_signal(number)
-    _, err = process.communicate(timeout=30)
-    assert process.returncode == 130, err
-    assert b"kept" in err
-    assert b"Traceback" not in err
-    kept = records_of(tmp_path)
-    assert 2 <= len(kept) < 8
-    assert (tmp_path / "summary.csv").exists()
-    assert bench(*run)[0] == 0
-    whole = records_of(tmp_path)
-    assert len(whole) == 8
-    pd.testing.assert_frame_equal(whole.head(len(kept)), kept)
-
-
-def test_interrupted_before_anything_was_measured(
-    bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("bench.runner.run", interrupted)
-    code, out, err = bench("run", "--env", "c3d", "--planners", "rrtconnect", "--out", tmp_path)
-    assert (code, out) == (130, "")
-    assert "kept" in err
-    assert pd.read_csv(tmp_path / "summary.csv").empty
-    assert "(none)" in (tmp_path / "summary.md").read_text()
-
-
 def test_too_many_problems_for_a_scene_write_nothing(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -354,21 +234,3 @@ def test_too_many_problems_for_a_scene_write_nothing(
     assert code == 2
     assert "fewer boxes or problems" in err
     assert not (tmp_path / "out").exists()
-
-
-def _rows(folder: Path) -> int:
-    if not (folder / "run.sqlite").exists():
-        return 0
-    with Store(folder) as store:
-        try:
-            return len(selected_records(store, store.selection()))
-        except ValueError:
-            return 0
-
-
-def test_a_reference_that_nobody_needs_is_not_run(bench: Cli, tmp_path: Path) -> None:
-    run = ("run", "--env", "c3d", "--problems", 1, "--out", tmp_path, "--planners")
-    assert bench(*run, "ntfields")[0] == 0
-    assert list(pd.read_csv(tmp_path / "summary.csv")["planner"]) == ["ntfields"]
-    assert bench(*run, "ntfields,bitstar")[0] == 0
-    assert list(pd.read_csv(tmp_path / "summary.csv")["planner"]) == ["fmm", "ntfields", "bitstar"]

@@ -14,7 +14,7 @@ import planners
 from planners import Budget, Planner
 from planners.fields.paper import sample_pairs
 from planners.fields.planner import FieldPlanner
-from planners.fields.sampling import GroupPlan, GroupSampler
+from planners.fields.sampling import GroupPlan, GroupSampler, Space
 
 PAIRS = 1_000_000
 
@@ -23,7 +23,7 @@ def main() -> None:
     env = envs.make("c3d")
     rng = np.random.default_rng(0)
     plan = GroupPlan()
-    sampler = GroupSampler.of(env, plan)
+    sampler = GroupSampler(Space.of(env), plan)
     draws = -(-PAIRS // (plan.groups * plan.starts * plan.goals))
     grouped = timed(lambda: [sampler.draw(rng) for _ in range(draws)])
     print(f"1M pairs in groups, with speeds: {grouped:.2f} s")

@@ -21,7 +21,7 @@ from planners.fields import planner as module
 from planners.fields.execution import Descent
 from planners.fields.methods import METHODS, described
 from planners.fields.planner import ATTEMPTS, FieldPlanner
-from planners.fields.sampling import GroupPlan, GroupSampler
+from planners.fields.sampling import GroupPlan, GroupSampler, Space
 from planners.learned import LearnedPlanner
 from planners.time_field import TimeFieldPlanner
 
@@ -241,7 +241,7 @@ def test_test_problems_never_touch_training(
         for problem in c3d.sample_problems(50, seed)
         for end in (problem.start, problem.goal)
     }
-    sampler = GroupSampler.of(c3d, GroupPlan())
+    sampler = GroupSampler(Space.of(c3d), GroupPlan())
     for seed in seeds:
         points, _ = sampler.draw(stream("field training", seed, 0))
         assert not ends & {tuple(20 * x) for x in points.reshape(-1, 3)}

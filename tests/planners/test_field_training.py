@@ -12,7 +12,14 @@ from envs import Environment
 from planners.fields import training
 from planners.fields.networks import FieldShape, TimeField
 from planners.fields.objectives import Batch, LargestSubsolution, ramp
-from planners.fields.sampling import GroupPlan, GroupSampler, PointSampler, Scale
+from planners.fields.sampling import (
+    GroupPlan,
+    GroupSampler,
+    NearSurfaces,
+    PointSampler,
+    Scale,
+    Space,
+)
 from planners.fields.training import (
     Minutes,
     Recipe,
@@ -32,7 +39,7 @@ def test_scale_is_the_unit_cube_and_back(c3d: Environment) -> None:
 
 def test_points_are_inside_and_know_their_speed(c3d: Environment) -> None:
     plan = GroupPlan(groups=40)
-    points, log_speed = GroupSampler.of(c3d, plan).draw(np.random.default_rng(1))
+    points, log_speed = GroupSampler(Space.of(c3d), plan).draw(np.random.default_rng(1))
     assert points.shape == (40, 24, 3)
     assert log_speed.shape == (40, 24)
     assert np.abs(points).max() <= 0.5
@@ -42,20 +49,20 @@ def test_points_are_inside_and_know_their_speed(c3d: Environment) -> None:
 
 def test_groups_are_local_or_spread_and_partly_near_surfaces(c3d: Environment) -> None:
     def near_share(share: float) -> float:
-        plan = GroupPlan(groups=400, near_share=share, candidates=8)
-        points, _ = GroupSampler.of(c3d, plan).draw(np.random.default_rng(2))
+        plan = GroupPlan(groups=400, near=NearSurfaces(share), candidates=8)
+        points, _ = GroupSampler(Space.of(c3d), plan).draw(np.random.default_rng(2))
         clearance = c3d.clearance(20 * points[200:].reshape(-1, 3)) / 20
-        return float(((clearance > plan.nearest) & (clearance < plan.farthest)).mean())
+        return float(plan.near.holds(clearance).mean())
 
     plain, more = near_share(0.0), near_share(0.5)
     assert more == pytest.approx(0.5 + 0.5 * plain, abs=0.05)
-    points, _ = GroupSampler.of(c3d, GroupPlan(groups=400)).draw(np.random.default_rng(3))
+    points, _ = GroupSampler(Space.of(c3d), GroupPlan(groups=400)).draw(np.random.default_rng(3))
     reach = np.linalg.norm(points - points.mean(axis=1, keepdims=True), axis=-1).max(axis=1)
     assert np.median(reach[:200]) < 0.2 < reach[200:].min()
 
 
 def test_points_of_labels_are_inside_and_partly_near_surfaces(c3d: Environment) -> None:
-    points = PointSampler.of(c3d).draw(np.random.default_rng(5), 4000)
+    points = PointSampler(Space.of(c3d)).draw(np.random.default_rng(5), 4000)
     assert points.shape == (4000, 3)
     assert np.abs(points).max() <= 0.5
     clearance = c3d.clearance(20 * points) / 20
@@ -66,8 +73,8 @@ def test_points_of_labels_are_inside_and_partly_near_surfaces(c3d: Environment) 
 
 
 def test_starts_and_goals_are_drawn_alike(c3d: Environment) -> None:
-    plan = GroupPlan(groups=2000, near_share=0.6)
-    _, log_speed = GroupSampler.of(c3d, plan).draw(np.random.default_rng(4))
+    plan = GroupPlan(groups=2000, near=NearSurfaces(0.6))
+    _, log_speed = GroupSampler(Space.of(c3d), plan).draw(np.random.default_rng(4))
     starts, goals = log_speed[:, : plan.starts], log_speed[:, plan.starts :]
     assert starts.mean() == pytest.approx(goals.mean(), abs=0.02)
 
@@ -93,10 +100,9 @@ class Ramp(LargestSubsolution):
     """S = 0.55 + 0.9 x on [-0.5, 0.5]."""
 
     def __init__(self, **plan: float) -> None:
-        super().__init__(GroupPlan(near_share=0.0, **plan))  # type: ignore[arg-type]
-        self._sampler = GroupSampler(
-            np.full(1, -0.5), np.full(1, 0.5), lambda x: x[:, 0], self.speed, self.plan
-        )
+        super().__init__(GroupPlan(near=NearSurfaces(0.0), **plan))  # type: ignore[arg-type]
+        space = Space(np.full(1, -0.5), np.full(1, 0.5), lambda x: x[:, 0], self.speed)
+        self._sampler = GroupSampler(space, self.plan)
 
     @staticmethod
     def speed(x: np.ndarray) -> np.ndarray:
