@@ -3,47 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from envs import Environment, InputError
 from envs.collision.surface import surface_points
 from planners.fields.networks import FieldShape, TimeField
 from planners.fields.objectives import (
     LargestSubsolution,
-    Objective,
     Regression,
     SpeedRegression,
     WithWorkspace,
 )
 from planners.fields.paper import PaperField, PublishedPhysics
 from planners.fields.sampling import GroupPlan, NearSurfaces, Scale
-from planners.fields.training import Recipe, Rollback
 from planners.fields.workspace import SURFACE_POINTS, occupancy
-
-
-@dataclass(frozen=True)
-class Method:
-    """A neural time field.
-
-    Attributes:
-        objective: makes what it is trained on.
-        recipe: how.
-        expected_minutes: about how long that takes on two cores.
-        network: makes a network for an environment, random by PyTorch's global generator.
-    """
-
-    objective: Callable[[], Objective]
-    recipe: Recipe = field(default_factory=Recipe)
-    expected_minutes: float = 5.0
-    network: Callable[[Environment], nn.Module] = field(default_factory=lambda: small())
-
-    def settings(self) -> dict[str, Any]:
-        """JSON data that says how it is trained."""
-        return {"objective": described(self.objective()), "recipe": asdict(self.recipe)}
+from planners.learning import Method
+from planners.training import Recipe, Rollback
 
 
 def small(**shape: Any) -> Callable[[Environment], TimeField]:
@@ -69,39 +47,29 @@ def occupancy_of(env: Environment) -> Tensor:
     return occupancy(torch.from_numpy(Scale.of(env).shrink(points)).float())
 
 
-def described(objective: Any) -> dict[str, Any]:
-    """An objective's class and parameters as JSON data."""
-    values = {
-        name: described(value) if hasattr(value, "__dataclass_fields__") else value
-        for name, value in vars(objective).items()
-        if not name.startswith("_")
-    }
-    return {"class": type(objective).__name__, **values}
-
-
-UNIFORM_PAIRS = GroupPlan(groups=384, starts=1, goals=1, local_share=0.0, near=NearSurfaces(0.0))
-"""Independent pairs anywhere, as many points in a step as the default's groups have."""
+UNIFORM_PAIRS = GroupPlan(local_share=0.0, near=NearSurfaces(0.0))
+"""Pairs of points anywhere."""
 
 METHODS: dict[str, Method] = {
-    "ntfields": Method(LargestSubsolution),
-    "ief3d": Method(Regression, Recipe(steps=3000), expected_minutes=6.0),
+    "ntfields": Method(small(), LargestSubsolution),
+    "ief3d": Method(small(), Regression, Recipe(steps=3000), expected_minutes=6.0),
     "eikonet": Method(
+        small(operator="concatenation", bounded=False),
         lambda: SpeedRegression(UNIFORM_PAIRS),
-        expected_minutes=3.0,
-        network=small(operator="concatenation", bounded=False),
+        Recipe(steps=2500),
+        expected_minutes=2.0,
     ),
-    "ntfields-nosym": Method(LargestSubsolution, network=small(operator="concatenation")),
+    "ntfields-nosym": Method(small(operator="concatenation"), LargestSubsolution),
     "ntfields-wenc": Method(
-        lambda: WithWorkspace(LargestSubsolution()),
-        expected_minutes=8.0,
-        network=small(workspace=True),
+        small(workspace=True), lambda: WithWorkspace(LargestSubsolution()), expected_minutes=8.0
     ),
     "ntfields-wenc-early": Method(
+        small(workspace=True),
         lambda: WithWorkspace(LargestSubsolution(), lambda_from=0.0, lambda_to=0.0),
         expected_minutes=8.0,
-        network=small(workspace=True),
     ),
     "ntfields-paper": Method(
+        published,
         PublishedPhysics,
         Recipe(  # 2000 epochs of a million pairs
             steps=200_000,
@@ -114,7 +82,6 @@ METHODS: dict[str, Method] = {
             rollback=Rollback(),
         ),
         expected_minutes=15_000.0,
-        network=published,
     ),
 }
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
 
 import numpy as np
 import torch
@@ -17,24 +16,7 @@ from planners.fields.labels import LabelPlan, make_labels
 from planners.fields.networks import TimeField
 from planners.fields.physics import log_slowness_error, subsolution_loss
 from planners.fields.sampling import GroupPlan, GroupSampler, Space
-
-Batch = tuple[Tensor, ...]
-
-
-class Objective(Protocol):
-    """Data and loss."""
-
-    def prepare(
-        self, env: Environment, seed: int, kept: Path, report: Callable[[float], None]
-    ) -> float:
-        """Makes what is made once, and gives the seconds that it took, in earlier calls too.
-        `kept` is a file to go on from, `report` is told the share that is done."""
-
-    def draw(self, rng: np.random.Generator) -> Batch:
-        """The data of a step, float32."""
-
-    def loss(self, net: Any, batch: Batch, share: float) -> Tensor:
-        """The loss of a batch at a share of the training, 0..1."""
+from planners.training import Batch, Objective, as_float32, ramp
 
 
 @dataclass
@@ -80,13 +62,14 @@ class LargestSubsolution(_Groups):
     """NTFields' physics, with the travel time as the largest subsolution.
 
     `pull` and `slack_weight` (see `subsolution_loss`) go from their first to their last value
-    between the shares `anneal_from` and `anneal_to` of the training, the latter in log scale;
-    neither ever becomes neutral, or the field would settle on one of the many lesser solutions.
+    between the shares `anneal_from` and `anneal_to` of the training, the latter in log scale. By
+    then the field is near the largest solution, and slack costs as much as steepness: if it stayed
+    cheap, the field would be too fast near obstacles, and paths would keep less clearance.
     """
 
     pull: tuple[float, float] = (0.3, 0.1)
     pull_distance: float = 0.25
-    slack_weight: tuple[float, float] = (0.1, 0.2)
+    slack_weight: tuple[float, float] = (0.1, 1.0)
     anneal_from: float = 0.3
     anneal_to: float = 0.8
 
@@ -170,15 +153,3 @@ class WithWorkspace:
     def loss(self, net: TimeField, batch: Batch, share: float) -> Tensor:
         net.workspace_weight = ramp(share, self.lambda_from, self.lambda_to)
         return self.objective.loss(net, batch, share)
-
-
-def ramp(share: float, begin: float, end: float) -> float:
-    """0 until `begin`, linear to 1 at `end`."""
-    if share < begin:
-        return 0.0
-    return 1.0 if share >= end else (share - begin) / (end - begin)
-
-
-def as_float32(*arrays: Any) -> Batch:
-    """Arrays as tensors of single precision."""
-    return tuple(torch.from_numpy(np.ascontiguousarray(a, dtype=np.float32)) for a in arrays)

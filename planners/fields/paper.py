@@ -21,11 +21,11 @@ from envs import Environment
 from envs.problem import Array
 from envs.seeding import stream
 from planners.fields.activations import elu
-from planners.fields.objectives import Batch, as_float32, ramp
 from planners.fields.operators import MaxMin
 from planners.fields.physics import eikonal_loss, predicted_speed
 from planners.fields.sampling import Scale
 from planners.fields.workspace import WSpaceEncoder
+from planners.training import Batch, as_float32, ramp
 
 _C_WIDTH, _W_WIDTH, _WIDTH = 256, 128, 512
 _CHUNK = 2**17  # candidates for pairs drawn at once

@@ -66,7 +66,7 @@ def subsolution_loss(
 
     Many fields satisfy |grad T| S* = 1 almost everywhere; every one of them is at most the true
     travel time, which is the largest field with |grad T| S* <= 1 (the viscosity solution). So
-    steepness above 1 costs as in equation 4, slack costs `slack_weight` < 1 times that, and
+    steepness above 1 costs as in equation 4, slack costs `slack_weight` times that, and
     `stretch` = log(T / |qs - qg|) is pulled up.
 
     Near pairs are pulled in proportion to their distance. Else a jump of T close to the goal would

@@ -16,10 +16,10 @@ from envs.problem import Array
 from planners.base import Budget, PlannerResult, Status
 from planners.fields.execution import Descent, Field, descend, gradients
 from planners.fields.kernel import CompiledField
-from planners.fields.learning import learn
 from planners.fields.methods import method
 from planners.fields.sampling import Scale
 from planners.learned import LearnedPlanner, Trained, Training
+from planners.learning import learn
 from planners.weight_files import Tensors
 
 ATTEMPTS = (

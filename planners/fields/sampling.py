@@ -94,14 +94,15 @@ class Space:
 class GroupPlan:
     """How groups of points are drawn.
 
-    A group is trained on all pairs of its starts and goals. Half of the groups are balls of
+    A group is trained on all pairs of its starts and goals; by default it is one pair, since all
+    pairs of larger groups cost more than they teach. Half of the groups lie in balls of
     log-uniform radius round a point, so that near and far pairs count alike; the others spread
     over the whole space. Lengths are in the networks' space.
     """
 
-    groups: int = 32
-    starts: int = 12
-    goals: int = 12
+    groups: int = 384
+    starts: int = 1
+    goals: int = 1
     local_share: float = 0.5
     least_radius: float = 0.01
     greatest_radius: float = 0.5

@@ -14,12 +14,11 @@ from conftest import Cli, Refused
 
 import envs
 from envs.seeding import stream
-from planners import weight_files
-from planners.fields import learning, training
+from planners import learning, training, weight_files
 from planners.fields.methods import METHODS
 from planners.fields.objectives import LargestSubsolution
 from planners.fields.sampling import GroupPlan
-from planners.fields.training import Recipe, Steps, TrainingState, train
+from planners.training import Recipe, Steps, TrainingState, train
 
 SCENE = "c3d:scene=55,boxes=3"
 
@@ -220,9 +219,9 @@ def test_weights_of_another_scene_stop_a_run_before_it_begins(bench: Cli, tmp_pa
 
 
 def test_a_small_field_trained_from_scratch_reaches_its_stated_loss() -> None:
-    """A quarter of the default's groups, 300 steps: equation 4 falls from 0.66 to 0.44 an end."""
+    """A quarter of the default's pairs, 300 steps: equation 4 falls from 0.66 to 0.34 an end."""
     env = envs.make("c3d")
-    objective = LargestSubsolution(GroupPlan(groups=8))
+    objective = LargestSubsolution(GroupPlan(groups=96))
     objective.prepare(env, 0, Path("unused"), lambda share: None)
     recipe = Recipe(steps=300)
     torch.manual_seed(0)
@@ -241,4 +240,4 @@ def test_a_small_field_trained_from_scratch_reaches_its_stated_loss() -> None:
     train(state, objective, recipe, Steps(300), seed=0)
     after = equation_4()
     assert before > 0.6
-    assert after == pytest.approx(0.44, abs=0.03)
+    assert after == pytest.approx(0.34, abs=0.03)

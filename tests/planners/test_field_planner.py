@@ -19,10 +19,11 @@ from envs.seeding import derived_seed, stream
 from planners import Budget, Status, weight_files
 from planners.fields import planner as module
 from planners.fields.execution import Descent
-from planners.fields.methods import METHODS, described
+from planners.fields.methods import METHODS
 from planners.fields.planner import ATTEMPTS, FieldPlanner
 from planners.fields.sampling import GroupPlan, GroupSampler, Space
 from planners.learned import LearnedPlanner
+from planners.learning import described
 from planners.time_field import TimeFieldPlanner
 
 
@@ -243,7 +244,7 @@ def test_test_problems_never_touch_training(
     }
     sampler = GroupSampler(Space.of(c3d), GroupPlan())
     for seed in seeds:
-        points, _ = sampler.draw(stream("field training", seed, 0))
+        points, _ = sampler.draw(stream("training", seed, 0))
         assert not ends & {tuple(20 * x) for x in points.reshape(-1, 3)}
         validation = c3d.sample_problems(50, derived_seed("validation", seed))
         assert not ends & {tuple(p.start) for p in validation}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import torch
@@ -12,15 +12,53 @@ from torch import nn
 
 from envs import Environment, Problem
 from envs.seeding import derived_seed
-from planners.fields.methods import Method
-from planners.fields.training import Length, Minutes, Steps, TrainingState, train
 from planners.learned import Progress, Trained, Training, checked_device
+from planners.training import (
+    Length,
+    Minutes,
+    Objective,
+    Recipe,
+    Steps,
+    TrainingState,
+    train,
+)
 
 Solved = Callable[[nn.Module, Sequence[Problem]], int]
 """How many of some problems a network solves."""
 
 _VALIDATION_PROBLEMS = 200
 _VALIDATED_AT = (0.25, 0.5, 0.75, 1.0)
+
+
+@dataclass(frozen=True)
+class Method:
+    """What is trained, on what, for how long.
+
+    Attributes:
+        network: makes a network for an environment, random by PyTorch's global generator.
+        objective: makes what it is trained on.
+        recipe: how.
+        expected_minutes: about how long that takes on two cores.
+    """
+
+    network: Callable[[Environment], nn.Module]
+    objective: Callable[[], Objective]
+    recipe: Recipe = field(default_factory=Recipe)
+    expected_minutes: float = 5.0
+
+    def settings(self) -> dict[str, Any]:
+        """JSON data that says how it is trained."""
+        return {"objective": described(self.objective()), "recipe": asdict(self.recipe)}
+
+
+def described(objective: Any) -> dict[str, Any]:
+    """An objective's class and parameters as JSON data."""
+    values = {
+        name: described(value) if hasattr(value, "__dataclass_fields__") else value
+        for name, value in vars(objective).items()
+        if not name.startswith("_")
+    }
+    return {"class": type(objective).__name__, **values}
 
 
 def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Trained:
@@ -43,7 +81,7 @@ def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Tr
         )
     labels.unlink(missing_ok=True)
     spent = {
-        "network": _described(state.net),
+        "network": _network(state.net),
         "steps": state.step,
         "minutes": how.minutes,
         "device": how.device,
@@ -61,7 +99,7 @@ def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Tr
 
 def _begun(method: Method, env: Environment, how: Training) -> TrainingState:
     with torch.random.fork_rng():
-        torch.manual_seed(derived_seed("field weights", how.seed))
+        torch.manual_seed(derived_seed("weights", how.seed))
         net = method.network(env).to(checked_device(how.device))
     state = TrainingState.begin(net, method.recipe)
     if how.checkpoint.is_file():
@@ -69,7 +107,7 @@ def _begun(method: Method, env: Environment, how: Training) -> TrainingState:
     return state
 
 
-def _described(net: nn.Module) -> dict[str, Any]:
+def _network(net: nn.Module) -> dict[str, Any]:
     shape = getattr(net, "shape", None)
     return {
         "class": type(net).__name__,

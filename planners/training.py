@@ -1,4 +1,4 @@
-"""Training a time field on an objective, interruptible at any step."""
+"""Training a network on an objective, interruptible at any step."""
 
 from __future__ import annotations
 
@@ -12,15 +12,33 @@ from pickle import UnpicklingError
 from time import monotonic
 from typing import Any, ClassVar, Protocol
 
+import numpy as np
 import torch
-from torch import nn
+from torch import Tensor, nn
 
-from envs import InputError
+from envs import Environment, InputError
 from envs.seeding import stream
-from planners.fields.objectives import Objective
 
 _CHECKPOINT_EVERY_S = 20.0
 _LOSSES_KEPT = 50
+
+Batch = tuple[Tensor, ...]
+
+
+class Objective(Protocol):
+    """Data and loss."""
+
+    def prepare(
+        self, env: Environment, seed: int, kept: Path, report: Callable[[float], None]
+    ) -> float:
+        """Makes what is made once, and gives the seconds that it took, in earlier calls too.
+        `kept` is a file to go on from, `report` is told the share that is done."""
+
+    def draw(self, rng: np.random.Generator) -> Batch:
+        """The data of a step, float32."""
+
+    def loss(self, net: Any, batch: Batch, share: float) -> Tensor:
+        """The loss of a batch at a share of the training, 0..1."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +53,9 @@ class Rollback:
 
 @dataclass(frozen=True)
 class Recipe:
-    """How a field is optimised. The learning rate falls along a cosine to `last_rate_share`."""
+    """How a network is optimised. The learning rate falls along a cosine to `last_rate_share`."""
 
-    steps: int = 2500
+    steps: int = 6000
     learning_rate: float = 2e-3
     warm_up_steps: int = 200
     last_rate_share: float = 0.02
@@ -194,7 +212,7 @@ def train(
     while state.share < 1.0:
         begin = monotonic()
         device = next(state.net.parameters()).device
-        batch = objective.draw(stream("field training", seed, state.step))
+        batch = objective.draw(stream("training", seed, state.step))
         batch = tuple(part.to(device) for part in batch)
         drawn = monotonic()
         loss = _step(state, objective, batch, recipe)
@@ -216,9 +234,7 @@ def train(
     return state.average
 
 
-def _step(
-    state: TrainingState, objective: Objective, batch: tuple[torch.Tensor, ...], recipe: Recipe
-) -> float:
+def _step(state: TrainingState, objective: Objective, batch: Batch, recipe: Recipe) -> float:
     """One step of the optimiser and of the average; the loss before it."""
     for group in state.optimiser.param_groups:
         group["lr"] = recipe.rate(state.step, state.share)
@@ -232,3 +248,15 @@ def _step(
         for mean, now in zip(state.average.parameters(), state.net.parameters(), strict=True):
             mean.lerp_(now, 1 - keep)
     return loss.item()
+
+
+def ramp(share: float, begin: float, end: float) -> float:
+    """0 until `begin`, linear to 1 at `end`."""
+    if share < begin:
+        return 0.0
+    return 1.0 if share >= end else (share - begin) / (end - begin)
+
+
+def as_float32(*arrays: Any) -> Batch:
+    """Arrays as tensors of single precision."""
+    return tuple(torch.from_numpy(np.ascontiguousarray(a, dtype=np.float32)) for a in arrays)
