@@ -14,7 +14,7 @@ import planners
 from bench import machine
 from envs import Environment, InputError, Problem
 from envs.registry import Entry
-from envs.seeding import derived_seed
+from envs.seeding import TEST_SEEDS, training_seed
 from planners import Planner
 from planners.learned import LearnedPlanner, check_weights, checked_device
 
@@ -141,7 +141,7 @@ class Arena:
     def make(entry: Entry[Environment], problems: int, seed: int) -> Arena:
         """Raises InputError if the environment cannot be made or has too few problems."""
         env = entry.make()
-        [warm_up] = env.sample_problems(1, derived_seed("warm-up", seed))
+        [warm_up] = env.sample_problems(1, training_seed("warm-up", seed))
         return Arena(entry, env, tuple(env.sample_problems(problems, seed)), warm_up)
 
 
@@ -168,7 +168,7 @@ def make_suite(
         InputError: something is unknown or out of range.
     """
     check_range("--problems", problems, 1, 1_000_000)
-    check_range("--seed", seed, 0, 2**32 - 1)
+    check_range("--seed", seed, 0, TEST_SEEDS - 1)
     check_range("--time-limit", time_limit_s, 0.001, 86_400)
     _check_jobs(jobs)
     checked_device(device)

@@ -18,6 +18,7 @@ from bench.record import Fault
 from bench.suite import check_range
 from envs import Environment, InputError
 from envs.registry import Entry
+from envs.seeding import TEST_SEEDS
 from planners import Planner, weight_files
 from planners.learned import LearnedPlanner, Training, checked_device
 from planners.weight_files import Manifest
@@ -52,10 +53,10 @@ def train(
     made = _learned(planner)
     checked_device(device)
     _check_supported(made, planner.id, world)
-    check_range("--seed", seed, 0, 2**32 - 1)
+    check_range("--seed", seed, 0, TEST_SEEDS - 1)
     if minutes is not None:
         check_range("--minutes", minutes, 0.01, 100_000)
-    file = _destination(made.name, world, out)
+    file = _destination(made, world, out)
     checkpoint = _checkpoint(made.name, world, f"{planner.spec.version} {seed} {minutes} {device}")
     expected = minutes or made.expected_minutes(world)
     logger.info("training %s for %s, about %.0f minutes", planner.id, env.id, math.ceil(expected))
@@ -66,7 +67,7 @@ def train(
     manifest = Manifest(
         planner=made.name,
         env=env.id,
-        env_fingerprint=world.fingerprint,
+        env_fingerprint=made.domain(world),
         settings=trained.settings,
         seed=seed,
         data_s=round(trained.data_s, 2),
@@ -78,14 +79,14 @@ def train(
     )
     weight_files.write(file, trained.tensors, manifest)
     checkpoint.unlink(missing_ok=True)
-    if file != weight_files.cached_file(made.name, world):
-        _let_runs_find(file, made.name, world)
+    if file != weight_files.cached_file(made.name, made.domain(world)):
+        _let_runs_find(file, made.name, made.domain(world))
     return file
 
 
-def _let_runs_find(file: Path, name: str, env: Environment) -> None:
+def _let_runs_find(file: Path, name: str, domain: str) -> None:
     try:
-        weight_files.link(file, name, env)
+        weight_files.link(file, name, domain)
     except OSError as error:
         logger.warning("runs will not find these weights by themselves: %s", error)
 
@@ -153,10 +154,11 @@ def _check_supported(planner: Planner, id: str, env: Environment) -> None:
         raise InputError(f"{id} cannot plan there: {reason}")
 
 
-def _destination(name: str, env: Environment, out: Path | None) -> Path:
+def _destination(planner: LearnedPlanner, env: Environment, out: Path | None) -> Path:
+    whose = planner.name, planner.domain(env)
     if out is None:
-        return weight_files.cached_file(name, env)
-    file = out / weight_files.file_name(name, env) if out.is_dir() else out
+        return weight_files.cached_file(*whose)
+    file = out / weight_files.file_name(*whose) if out.is_dir() else out
     if not file.parent.is_dir():
         raise InputError(f"--out {out}: there is no folder {file.parent}")
     if file.exists() and not weight_files.manifest_file(file).exists():

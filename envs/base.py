@@ -59,6 +59,21 @@ class Environment(ABC):
     def definition(self) -> dict[str, Any]:
         """Everything that defines the scene and its problems, as JSON data."""
 
+    def family(self) -> Sequence[Environment]:
+        """Scenes of the same kind, for learners that are to generalise over scenes; this one
+        alone by default. Environments with an equal `family_fingerprint` have equal families."""
+        return [self]
+
+    def family_definition(self) -> dict[str, Any]:
+        """What environments of a family have in common, as JSON data."""
+        return self.definition()
+
+    def symmetries(self) -> Array:
+        """Orthogonal matrices (k, d, d) about the middle of the bounds that turn scenes of the
+        family, workspace and configurations alike, into equally likely ones; by default none
+        besides the identity."""
+        return np.eye(self.dimension)[None]
+
     def speed(self, q: Array) -> Array:
         """Speeds S*(q) (n,) at configurations (n, d)  (equation 3)."""
         return self.speed_model(self.clearance(q))
@@ -78,8 +93,12 @@ class Environment(ABC):
     @property
     def fingerprint(self) -> str:
         """A digest of `definition()`: equal exactly if scene and problems are equal."""
-        text = json.dumps(self.definition(), sort_keys=True, allow_nan=False)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+        return _digest(self.definition())
+
+    @property
+    def family_fingerprint(self) -> str:
+        """A digest of `family_definition()`."""
+        return _digest(self.family_definition())
 
     def configurations(self, q: Array) -> Array:
         """`q` as float64 (n, d).
@@ -91,3 +110,8 @@ class Environment(ABC):
         if array.ndim != 2 or array.shape[1] != self.dimension:
             raise ValueError(f"configurations must be (n, {self.dimension}), not {array.shape}")
         return array
+
+
+def _digest(definition: dict[str, Any]) -> str:
+    text = json.dumps(definition, sort_keys=True, allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

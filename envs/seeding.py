@@ -10,6 +10,9 @@ import hashlib
 
 import numpy as np
 
+TEST_SEEDS = 2**32
+"""Seeds of test problems are below this, seeds of problems for training at or above it."""
+
 
 def stream(purpose: str, *seeds: int) -> np.random.Generator:
     """A generator (PCG64) for `purpose` ("scene", "problems", ...) and non-negative `seeds`.
@@ -22,6 +25,11 @@ def stream(purpose: str, *seeds: int) -> np.random.Generator:
 def derived_seed(purpose: str, *seeds: int) -> int:
     """A 31-bit positive seed for libraries that take one integer."""
     return int(stream(purpose, *seeds).integers(1, 2**31 - 1))
+
+
+def training_seed(purpose: str, *seeds: int) -> int:
+    """A seed of problems for training and warming up: at least 2^32, which no test seed is."""
+    return TEST_SEEDS + derived_seed(purpose, *seeds)
 
 
 def _words(purpose: str) -> list[int]:

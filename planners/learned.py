@@ -83,7 +83,11 @@ class LearnedPlanner(Planner):
         """The weights that `setup` will use, or None if it must be trained first."""
         if self._weights:
             return Path(self._weights)
-        return weight_files.find(self.name, env)
+        return weight_files.find(self.name, self.domain(env))
+
+    def domain(self, env: Environment) -> str:
+        """A fingerprint of what its weights are for: by default this one environment."""
+        return env.fingerprint
 
     @abstractmethod
     def train(self, env: Environment, how: Training) -> Trained:
@@ -110,7 +114,7 @@ class LearnedPlanner(Planner):
         file = self.weights_file(env)
         if file is None:
             raise InputError(f"{self.name} has no weights for this environment; see bench train")
-        tensors, manifest = weight_files.read(file, self.name, env)
+        tensors, manifest = weight_files.read(file, self.name, self.domain(env))
         try:
             self.load(env, tensors)
         except (ValueError, KeyError, TypeError, RuntimeError) as error:
@@ -124,7 +128,7 @@ def check_weights(planner: Planner, env: Environment) -> None:
     if isinstance(planner, LearnedPlanner) and planner.unsupported(env) is None:
         file = planner.weights_file(env)
         if file is not None:
-            weight_files.read(file, planner.name, env)
+            weight_files.read(file, planner.name, planner.domain(env))
 
 
 def checked_device(name: str) -> str:

@@ -11,7 +11,7 @@ import torch
 from torch import nn
 
 from envs import Environment, Problem
-from envs.seeding import derived_seed
+from envs.seeding import derived_seed, training_seed
 from planners.learned import Progress, Trained, Training, checked_device
 from planners.training import (
     Length,
@@ -126,7 +126,7 @@ class _Watch:
     def __init__(self, env: Environment, how: Training, solved: Solved) -> None:
         self._report = how.report
         self._solved = solved
-        seed = derived_seed("validation", how.seed)
+        seed = training_seed("validation", how.seed)
         self._problems = env.sample_problems(_VALIDATION_PROBLEMS, seed)
 
     def __call__(self, state: TrainingState) -> None:

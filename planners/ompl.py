@@ -14,7 +14,7 @@ from envs import Environment, InputError, Problem
 from envs.collision.fcl_model import CollisionModel
 from envs.errors import suggestion
 from envs.problem import Array
-from envs.seeding import derived_seed
+from envs.seeding import training_seed
 from planners import ompl_import
 from planners.base import Budget, Planner, PlannerResult, Status
 
@@ -102,7 +102,7 @@ class OmplPlanner(Planner):
         if self._roadmap_s:
             util.RNG.setSeed(seed)
             self._kept = self._make(self._si)
-            [problem] = env.sample_problems(1, derived_seed("ompl roadmap", seed))
+            [problem] = env.sample_problems(1, training_seed("ompl roadmap", seed))
             self._run(self._kept, problem, self._roadmap_s, stop_cost=0.0)
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:

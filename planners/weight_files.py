@@ -20,7 +20,7 @@ import safetensors.numpy
 from numpy.typing import NDArray
 from safetensors import SafetensorError
 
-from envs import Environment, InputError
+from envs import InputError
 
 FORMAT = 1
 _MOST_BYTES = 64 * 2**20  # of weights; those of this project have under one MB
@@ -38,7 +38,8 @@ class Manifest:
 
     Attributes:
         planner: name of the planner they are for.
-        env: canonical id of the environment, for people; `env_fingerprint` decides.
+        env: canonical id of the environment, for people.
+        env_fingerprint: the domain, which decides: an environment's fingerprint or a family's.
         settings: how they were trained, for people; the network is rebuilt from the planner.
         data_s, train_s: seconds of making data and of training on it, data not included.
         losses: [share of the training, loss].
@@ -68,19 +69,20 @@ def cache_folder() -> Path:
     return Path(platformdirs.user_cache_dir("plannerbench"))
 
 
-def file_name(planner: str, env: Environment) -> str:
-    """Under which weights of a planner for an environment are found."""
-    return f"{planner}-{env.fingerprint}.safetensors"
+def file_name(planner: str, domain: str) -> str:
+    """Under which weights of a planner for a domain are found: an environment's fingerprint, or a
+    family's."""
+    return f"{planner}-{domain}.safetensors"
 
 
-def cached_file(planner: str, env: Environment) -> Path:
+def cached_file(planner: str, domain: str) -> Path:
     """Where weights trained by this user belong."""
-    return cache_folder() / "weights" / file_name(planner, env)
+    return cache_folder() / "weights" / file_name(planner, domain)
 
 
-def find(planner: str, env: Environment) -> Path | None:
-    """The shipped weights for an environment, else those in the user's cache, else None."""
-    candidates = SHIPPED / file_name(planner, env), cached_file(planner, env)
+def find(planner: str, domain: str) -> Path | None:
+    """The shipped weights for a domain, else those in the user's cache, else None."""
+    candidates = SHIPPED / file_name(planner, domain), cached_file(planner, domain)
     return next((file for file in candidates if file.is_file()), None)
 
 
@@ -105,9 +107,9 @@ def write(file: Path, tensors: Tensors, manifest: Manifest) -> None:
         raise InputError(f"cannot write weights to {file}: {error}") from error
 
 
-def link(target: Path, planner: str, env: Environment) -> None:
+def link(target: Path, planner: str, domain: str) -> None:
     """Lets `find` find weights that were written elsewhere, as long as they stay there."""
-    name = cached_file(planner, env)
+    name = cached_file(planner, domain)
     name.parent.mkdir(parents=True, exist_ok=True)
     for there, here in (
         (target, name),
@@ -117,8 +119,8 @@ def link(target: Path, planner: str, env: Environment) -> None:
         here.symlink_to(there.absolute())
 
 
-def read(file: Path, planner: str, env: Environment) -> tuple[dict[str, NDArray[Any]], Manifest]:
-    """Weights for `planner` in `env`.
+def read(file: Path, planner: str, domain: str) -> tuple[dict[str, NDArray[Any]], Manifest]:
+    """Weights for `planner` in a domain, see `planners.learned.LearnedPlanner.domain`.
 
     Raises:
         InputError: the file cannot be read, is damaged, or is for something else.
@@ -127,7 +129,7 @@ def read(file: Path, planner: str, env: Environment) -> tuple[dict[str, NDArray[
     manifest = _read_manifest(manifest_file(file))
     for what, ours, theirs in (
         ("planner", planner, manifest.planner),
-        ("environment", env.fingerprint, manifest.env_fingerprint),
+        ("environment", domain, manifest.env_fingerprint),
     ):
         if ours != theirs:
             raise InputError(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import faulty_planners
 import pandas as pd
@@ -15,6 +16,7 @@ from bench import cli
 from bench.report.files import selected_records
 from bench.store import Store
 from envs import Environment
+from planners import parallel
 
 Cli = Callable[..., tuple[int, str, str]]
 Refused = Callable[..., str]
@@ -72,3 +74,24 @@ def faulty() -> Iterator[list[str]]:
     yield [spec.id for spec in faulty_planners.SPECS]
     for spec in faulty_planners.SPECS:
         planners.REGISTRY.unregister(spec.id)
+
+
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Work that is spread over processes is done in this one: starting some would take longer."""
+
+    class Pool:
+        def __init__(self, processes: int, *, initargs: tuple[Any, ...], **_: object) -> None:
+            make, arguments = initargs
+            monkeypatch.setattr(parallel, "_work", make(*arguments))
+
+        def __enter__(self) -> Pool:
+            return self
+
+        def __exit__(self, *error: object) -> None:
+            pass
+
+        def map(self, function: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
+            return map(function, items)
+
+    monkeypatch.setattr(parallel, "ProcessPoolExecutor", Pool)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import islice
@@ -21,6 +22,9 @@ from envs.speed import SpeedModel
 
 HALF_SIDE = 10.0
 """Half the side of the cube, in the paper's units."""
+
+FAMILY = (*range(8), *range(20_000, 20_024))
+"""Scenes for learners that generalise: the paper's eight, and others that no table is about."""
 
 
 class Cluttered3D(Environment):
@@ -99,10 +103,26 @@ class Cluttered3D(Environment):
 
     def definition(self) -> dict[str, Any]:
         return {
-            "class": "Cluttered3D",
-            "version": 1,
+            **self.family_definition(),
             "boxes": [[*box.center.tolist(), *box.sides.tolist()] for box in self.obstacles],
             "scene": self._scene,
+        }
+
+    def family(self) -> list[Cluttered3D]:
+        """`FAMILY`, with as many boxes and as large a robot."""
+        return [Cluttered3D(scene, len(self.obstacles), self._radius) for scene in FAMILY]
+
+    def symmetries(self) -> Array:
+        """The 48 of a cube."""
+        signs = itertools.product((-1.0, 1.0), repeat=3)
+        turns = itertools.permutations(np.eye(3))
+        return np.array([np.diag(s) @ np.array(t) for s, t in itertools.product(signs, turns)])
+
+    def family_definition(self) -> dict[str, Any]:
+        return {
+            "class": "Cluttered3D",
+            "version": 1,
+            "boxes": len(self.obstacles),
             "bounds": [self.lower.tolist(), self.upper.tolist()],
             "robot_radius": self._radius,
             "speed": [self.speed_model.d_min, self.speed_model.d_max, self.speed_model.s_const],

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields
-from multiprocessing import get_context
 from pathlib import Path
 from time import monotonic
 
 import numpy as np
-import psutil
 from numpy.typing import NDArray
 
 from envs import Environment
 from envs.seeding import stream
 from planners.fast_marching import SpeedGrid
-from planners.fields.sampling import PointSampler, Scale, Space
+from planners.fields.sampling import PointSampler, Space
+from planners.parallel import in_parallel
+from planners.scale import Scale
 
 Single = NDArray[np.float32]
 
@@ -75,16 +73,11 @@ def make_labels(
     """
     labels, spent = _read(kept, env.dimension, plan)
     begin = monotonic()
-    processes = psutil.cpu_count(logical=False) or 1
-    block = _BLOCK * processes
-    with ProcessPoolExecutor(
-        processes, mp_context=get_context("spawn"), initializer=_start, initargs=(env, plan, seed)
-    ) as pool:
-        for first in range(len(labels.sources), plan.sources, block):
-            indices = range(first, min(first + block, plan.sources))
-            labels = labels.joined(list(pool.map(_solve, indices)))
-            _write(kept, labels, spent + monotonic() - begin)
-            report(len(labels.sources) / plan.sources)
+    open_sources = range(len(labels.sources), plan.sources)
+    for solved in in_parallel(_Solver, (env, plan, seed), open_sources, _BLOCK):
+        labels = labels.joined(solved)
+        _write(kept, labels, spent + monotonic() - begin)
+        report(len(labels.sources) / plan.sources)
     return labels, spent + monotonic() - begin
 
 
@@ -98,7 +91,7 @@ class _Solver:
         self._points = PointSampler(Space.of(env))
         self._scale = Scale.of(env)
 
-    def solve(self, index: int) -> Labels:
+    def __call__(self, index: int) -> Labels:
         """Those of source number `index`."""
         plan, grid, scale = self._plan, self._grid, self._scale
         rng = stream("field labels", self._seed, index)
@@ -111,25 +104,6 @@ class _Solver:
         stretch = np.log(grid.times_at(times, source, goals[far]) / distance[far])
         found = scale.shrink(source), scale.shrink(goals[far]), stretch
         return Labels(*(part.astype(np.float32)[None] for part in found))
-
-
-_solver: _Solver | None = None  # of a process of the pool
-
-
-def _start(env: Environment, plan: LabelPlan, seed: int) -> None:
-    """Begins a process of the pool; a Ctrl-C is its parent's to handle."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _prepare(env, plan, seed)
-
-
-def _prepare(env: Environment, plan: LabelPlan, seed: int) -> None:
-    global _solver
-    _solver = _Solver(env, plan, seed)
-
-
-def _solve(index: int) -> Labels:
-    assert _solver is not None
-    return _solver.solve(index)
 
 
 def _read(kept: Path, dimension: int, plan: LabelPlan) -> tuple[Labels, float]:

@@ -18,9 +18,10 @@ from planners.fields.objectives import (
     WithWorkspace,
 )
 from planners.fields.paper import PaperField, PublishedPhysics
-from planners.fields.sampling import GroupPlan, NearSurfaces, Scale
+from planners.fields.sampling import GroupPlan, NearSurfaces
 from planners.fields.workspace import SURFACE_POINTS, occupancy
 from planners.learning import Method
+from planners.scale import Scale
 from planners.training import Recipe, Rollback
 
 

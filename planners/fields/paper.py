@@ -23,8 +23,8 @@ from envs.seeding import stream
 from planners.fields.activations import elu
 from planners.fields.operators import MaxMin
 from planners.fields.physics import eikonal_loss, predicted_speed
-from planners.fields.sampling import Scale
 from planners.fields.workspace import WSpaceEncoder
+from planners.scale import Scale
 from planners.training import Batch, as_float32, ramp
 
 _C_WIDTH, _W_WIDTH, _WIDTH = 256, 128, 512

@@ -17,9 +17,9 @@ from planners.base import Budget, PlannerResult, Status
 from planners.fields.execution import Descent, Field, descend, gradients
 from planners.fields.kernel import CompiledField
 from planners.fields.methods import method
-from planners.fields.sampling import Scale
 from planners.learned import LearnedPlanner, Trained, Training
 from planners.learning import learn
+from planners.scale import Scale
 from planners.weight_files import Tensors
 
 ATTEMPTS = (

@@ -210,7 +210,7 @@ def test_mistakes(arguments: tuple[object, ...], said: str, refused: Refused) ->
 
 
 def test_weights_of_another_scene_stop_a_run_before_it_begins(bench: Cli, tmp_path: Path) -> None:
-    file = weight_files.find("ntfields", envs.make("c3d"))
+    file = weight_files.find("ntfields", envs.make("c3d").fingerprint)
     more = ("--planners", f"fmm,ntfields:weights={file}")
     code, _, err = bench(*run_it(tmp_path / "run", *more))
     assert code == 2

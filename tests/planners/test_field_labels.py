@@ -13,6 +13,8 @@ from planners.fast_marching import SpeedGrid
 from planners.fields import labels
 from planners.fields.labels import LabelPlan, make_labels
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 PLAN = LabelPlan(sources=4, goals=300, resolution=30)
 
 
@@ -21,26 +23,6 @@ class Uniform(Cluttered3D):
 
     def clearance(self, q: np.ndarray) -> np.ndarray:
         return np.full(len(q), 1.0)
-
-
-@pytest.fixture(autouse=True)
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Starting processes would take longer than the labels."""
-
-    class Pool:
-        def __init__(self, processes: int, **how: object) -> None:
-            labels._prepare(*how["initargs"])  # type: ignore[misc]
-
-        def __enter__(self) -> Pool:
-            return self
-
-        def __exit__(self, *error: object) -> None:
-            pass
-
-        def map(self, function: object, items: object) -> map:  # type: ignore[type-arg]
-            return map(function, items)  # type: ignore[call-overload, no-any-return]
-
-    monkeypatch.setattr(labels, "ProcessPoolExecutor", Pool)
 
 
 def test_at_constant_speed_the_stretch_is_its_slowness(tmp_path: Path) -> None:

@@ -172,16 +172,16 @@ def test_it_tries_again_and_never_returns_what_it_knows_to_collide(
 
 
 def test_weights_of_another_scene_are_refused(c3d: Environment) -> None:
-    file = weight_files.find("ntfields", c3d)
+    file = weight_files.find("ntfields", c3d.fingerprint)
     made = planners.make(f"ntfields:weights={file}")
     with pytest.raises(InputError, match="these weights are for environment"):
         made.setup(envs.make("c3d:scene=1"), seed=0)
 
 
 def test_weights_of_another_shape_are_refused(c3d: Environment, tmp_path: Path) -> None:
-    file = weight_files.find("ntfields", c3d)
+    file = weight_files.find("ntfields", c3d.fingerprint)
     assert file is not None
-    tensors, manifest = weight_files.read(file, "ntfields", c3d)
+    tensors, manifest = weight_files.read(file, "ntfields", c3d.fingerprint)
     tensors["encoder.first.weight"] = tensors["encoder.first.weight"][:, :-1]
     weight_files.write(tmp_path / "w", tensors, manifest)
     made = planners.make(f"ntfields:weights={tmp_path / 'w'}")

@@ -11,9 +11,9 @@ from planners.fields.sampling import (
     GroupSampler,
     NearSurfaces,
     PointSampler,
-    Scale,
     Space,
 )
+from planners.scale import Scale
 
 
 def test_scale_is_the_unit_cube_and_back(c3d: Environment) -> None:

@@ -43,7 +43,7 @@ def file(tmp_path: Path, c3d: Environment) -> Path:
 
 
 def test_what_is_written_is_read(file: Path, c3d: Environment) -> None:
-    tensors, described = weight_files.read(file, "p", c3d)
+    tensors, described = weight_files.read(file, "p", c3d.fingerprint)
     assert sorted(p.name for p in file.parent.iterdir()) == ["w.json", "w.safetensors"]
     assert tensors.keys() == TENSORS.keys()
     for name, wanted in TENSORS.items():
@@ -55,7 +55,7 @@ def test_what_is_written_is_read(file: Path, c3d: Environment) -> None:
 
 def refuses(file: Path, env: Environment, what: str, planner: str = "p") -> None:
     with pytest.raises(InputError, match=what) as caught:
-        weight_files.read(file, planner, env)
+        weight_files.read(file, planner, env.fingerprint)
     assert "\n" not in str(caught.value)
 
 
@@ -163,21 +163,21 @@ def test_places_are_searched_in_order(
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(weight_files, "SHIPPED", tmp_path / "shipped")
-    assert weight_files.find("p", c3d) is None
+    assert weight_files.find("p", c3d.fingerprint) is None
     elsewhere = tmp_path / "mine"
     weight_files.write(elsewhere, TENSORS, manifest(c3d))
-    weight_files.link(elsewhere, "p", c3d)
-    found = weight_files.find("p", c3d)
+    weight_files.link(elsewhere, "p", c3d.fingerprint)
+    found = weight_files.find("p", c3d.fingerprint)
     assert found is not None
     assert found.is_relative_to(tmp_path / "cache")
-    assert weight_files.read(found, "p", c3d)[1].planner == "p"
-    weight_files.link(elsewhere, "p", c3d)  # again, in place of the first
+    assert weight_files.read(found, "p", c3d.fingerprint)[1].planner == "p"
+    weight_files.link(elsewhere, "p", c3d.fingerprint)  # again, in place of the first
     elsewhere.unlink()
-    assert weight_files.find("p", c3d) is None
-    shipped = tmp_path / "shipped" / weight_files.file_name("p", c3d)
-    weight_files.write(weight_files.cached_file("p", c3d), TENSORS, manifest(c3d))
+    assert weight_files.find("p", c3d.fingerprint) is None
+    shipped = tmp_path / "shipped" / weight_files.file_name("p", c3d.fingerprint)
+    weight_files.write(weight_files.cached_file("p", c3d.fingerprint), TENSORS, manifest(c3d))
     weight_files.write(shipped, TENSORS, manifest(c3d))
-    assert weight_files.find("p", c3d) == shipped
+    assert weight_files.find("p", c3d.fingerprint) == shipped
 
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, c3d: Environment) -> None:
@@ -192,8 +192,8 @@ def test_shipped_weights_are_whole_small_and_say_how_they_were_made() -> None:
     for file in files:
         described = json.loads(file.with_suffix(".json").read_text())
         env = envs.make(described["env"])
-        _, read = weight_files.read(file, described["planner"], env)
-        assert file.name == weight_files.file_name(read.planner, env)
+        _, read = weight_files.read(file, described["planner"], env.fingerprint)
+        assert file.name == weight_files.file_name(read.planner, env.fingerprint)
         assert file.stat().st_size < 10**6
         assert read.command.startswith(f"bench train --env {read.env} --planner {read.planner}")
         assert read.train_s > 0
