@@ -1,0 +1,152 @@
+"""Planning with an imitation network."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import torch
+from torch import nn
+
+import planners
+from envs import Environment, Problem
+from envs.problem import Array
+from envs.seeding import derived_seed
+from planners.base import Budget, PlannerResult, Status
+from planners.learned import LearnedPlanner, Trained, Training
+from planners.learning import Method, learn
+from planners.mpnet.contraction import contracted
+from planners.mpnet.expansion import Expander
+from planners.mpnet.imitation import Imitation, cloud
+from planners.mpnet.networks import Mpnet, PlannerShape
+from planners.mpnet.search import Search
+from planners.scale import Scale
+from planners.training import Recipe
+from planners.weight_files import Tensors
+
+
+def network(env: Environment) -> Mpnet:
+    """The networks for an environment's dimension."""
+    return Mpnet(PlannerShape(env.dimension))
+
+
+METHOD = Method(
+    network,
+    Imitation,
+    Recipe(steps=8000, learning_rate=1e-3, betas=(0.9, 0.999)),
+    expected_minutes=40.0,
+)
+
+_VALIDATION_S = 1.0  # for a problem, while training
+_ATTEMPTS = 3  # of the network alone, before a fallback is asked
+
+
+class MpnetPlanner(LearnedPlanner):
+    """Bidirectional neural expansion, lazy vertex contraction and neural replanning.
+
+    From both ends in turn, the network steps towards the other, until a free straight motion
+    joins them. The path is contracted; infeasible motions are replanned by the network. When that
+    does not help, a new path is begun (dropout is random), until the time is over.
+
+    Every check of a configuration or motion is the environment's certified one.
+
+    Args:
+        fallback: a planner, as in `bench run --planners`, for the motions that stay infeasible;
+            by default none, and the time limit ends the search.
+        weights, device: see `LearnedPlanner`. The device is that of training; the network is so
+            small that it plans on the CPU.
+
+    Raises:
+        InputError: an argument is out of range.
+    """
+
+    improves = False
+
+    def __init__(self, fallback: str = "", weights: str = "", device: str = "cpu") -> None:
+        super().__init__("mpnet", weights, device)
+        self._fallback = planners.make(fallback) if fallback else None
+
+    def unsupported(self, env: Environment) -> str | None:
+        if self._fallback is not None:
+            return self._fallback.unsupported(env)
+        return None
+
+    def domain(self, env: Environment) -> str:
+        return env.family_fingerprint
+
+    def expected_minutes(self, env: Environment) -> float:
+        return METHOD.expected_minutes
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        super().setup(env, seed=seed)
+        if self._fallback is not None:
+            self._fallback.setup(env, seed=derived_seed("mpnet fallback", seed))
+
+    def load(self, env: Environment, tensors: Tensors) -> None:
+        net = METHOD.network(env)
+        net.load_state_dict({name: torch.from_numpy(a) for name, a in tensors.items()})
+        self._use(env, net)
+
+    def train(self, env: Environment, how: Training) -> Trained:
+        def solved(net: nn.Module, problems: Sequence[Problem]) -> int:
+            student = MpnetPlanner()
+            student._use(env, net)
+            results = (student.solve(p, Budget(perf_counter() + _VALIDATION_S)) for p in problems)
+            return sum(result.status is Status.EXACT_SOLUTION for result in results)
+
+        return learn(METHOD, env, how, solved)
+
+    def _use(self, env: Environment, net: Any) -> None:
+        """Plans in `env` with `net` from now on."""
+        self._env = env
+        self._model = env.collision_model()
+        points = torch.from_numpy(cloud(env)).float()[None]
+        with torch.no_grad():
+            code = net.encoder(points.to(next(net.parameters()).device))[0]
+        self._expander = Expander(net.planner, code.cpu().numpy(), Scale.of(env))
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        checks = self._model.checks
+        status, path, spent = self._solved(problem, budget)
+        stats = {**spent, "collision_checks": self._model.checks - checks}
+        return PlannerResult(status, path, stats)
+
+    def _solved(
+        self, problem: Problem, budget: Budget
+    ) -> tuple[Status, Array | None, dict[str, Any]]:
+        for end, refusal in (
+            (problem.start, Status.INVALID_START),
+            (problem.goal, Status.INVALID_GOAL),
+        ):
+            if not self._env.contains(end[None])[0] or not self._model.is_valid(end):
+                return refusal, None, {}
+        search = Search(self._env, self._model, self._expander, problem, budget)
+        while budget.remaining() > 0:
+            path = search.attempt()
+            if search.is_open(path) and self._fallback and search.attempts >= _ATTEMPTS:
+                path = self._repaired(path, search, problem, budget)
+            if not search.is_open(path) and budget.remaining() > 0:
+                return Status.EXACT_SOLUTION, np.array(path), search.stats()
+        return Status.TIMEOUT, None, search.stats()
+
+    def _repaired(
+        self, path: list[Array], search: Search, problem: Problem, budget: Budget
+    ) -> list[Array]:
+        """A path with its infeasible motions replaced by the fallback's paths, where it has any."""
+        assert self._fallback is not None
+        whole = [path[0]]
+        for number, (a, b) in enumerate(pairwise(path)):
+            between: Sequence[Array] = [a, b]
+            if not search.is_free(a, b):
+                seed = derived_seed("mpnet fallback", problem.seed, number)
+                until = Budget(budget.deadline, math.inf)
+                found = self._fallback.solve(Problem(a, b, problem.index, seed), until)
+                search.fallbacks += 1
+                if found.status is Status.EXACT_SOLUTION:
+                    between = list(np.asarray(found.path))
+            whole.extend(between[1:])
+        return contracted(whole, search.is_free)
