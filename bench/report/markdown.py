@@ -39,9 +39,7 @@ def _success_table(summary: pd.DataFrame) -> str:
             "length": _spread(row, "length", 2),
             "safety margin": _spread(row, "safety_margin", 2),
             "offline s": f"{row['setup_s'] + row['train_s']:.2f}",
-            "outcomes": ", ".join(
-                f"{name} {count}" for name, count in json.loads(row["status_counts"]).items()
-            ),
+            "outcomes": _outcomes(row),
         }
         for row in summary.to_dict("records")
     ]
@@ -60,6 +58,14 @@ def _common_table(common: pd.DataFrame) -> str:
         for row in common.to_dict("records")
     ]
     return _markdown(rows)
+
+
+def _outcomes(row: dict[Any, Any]) -> str:
+    counts = json.loads(row["status_counts"])
+    texts = [f"{name} {count}" for name, count in counts.items()]
+    if not pd.isna(row["fallbacks"]):
+        texts.append(f"with fallback {row['fallbacks']:.0f}")
+    return ", ".join(texts)
 
 
 def _markdown(rows: list[dict[str, Any]]) -> str:

@@ -30,6 +30,7 @@ COLUMNS = (
     "setup_s",
     "train_s",
     "status_counts",
+    "fallbacks",
 )
 
 _MEASURED = {"time_s": "solve_s", "length": "length", "safety_margin": "safety_margin"}
@@ -40,7 +41,8 @@ def summarise(records: pd.DataFrame, order: Sequence[tuple[str, str]]) -> pd.Dat
 
     Means, (sample) standard deviations and medians are over verified successes; rates over all
     attempts. `status_counts` is JSON: how many attempts had each outcome. `setup_s` is the
-    longest, since a restarted process sets up again.
+    longest, since a restarted process sets up again. `fallbacks` counts the verified successes
+    that needed another planner's help, of planners whose `stats` say so.
 
     Args:
         records: rows of the store.
@@ -71,6 +73,7 @@ def _row(env: str, planner: str, records: pd.DataFrame) -> dict[str, object]:
         "setup_s": records["setup_s"].astype(float).max(),
         "train_s": records["train_s"].astype(float).max(),
         "status_counts": json.dumps(records["outcome"].value_counts().to_dict()),
+        "fallbacks": _fallbacks(solved),
     }
     for name, column in _MEASURED.items():
         values = solved[column].astype(float)
@@ -78,6 +81,12 @@ def _row(env: str, planner: str, records: pd.DataFrame) -> dict[str, object]:
         row[f"{name}_std"] = values.std()
         row[f"{name}_median"] = values.median()
     return row
+
+
+def _fallbacks(solved: pd.DataFrame) -> int | None:
+    counts = [json.loads(stats).get("fallbacks") for stats in solved["stats"]]
+    known = [count for count in counts if isinstance(count, int)]
+    return sum(count > 0 for count in known) if known else None
 
 
 def common_problems(records: pd.DataFrame) -> pd.DataFrame:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
@@ -19,11 +19,10 @@ from envs.seeding import derived_seed
 from planners.base import Budget, PlannerResult, Status
 from planners.learned import LearnedPlanner, Trained, Training
 from planners.learning import Method, learn
-from planners.mpnet.contraction import contracted
 from planners.mpnet.expansion import Expander
 from planners.mpnet.imitation import Imitation, cloud
 from planners.mpnet.networks import Mpnet, PlannerShape
-from planners.mpnet.search import Search
+from planners.mpnet.search import Between, Search
 from planners.scale import Scale
 from planners.training import Recipe
 from planners.weight_files import Tensors
@@ -125,28 +124,29 @@ class MpnetPlanner(LearnedPlanner):
             if not self._env.contains(end[None])[0] or not self._model.is_valid(end):
                 return refusal, None, {}
         search = Search(self._env, self._model, self._expander, problem, budget)
+        fallbacks = 0
         while budget.remaining() > 0:
             path = search.attempt()
-            if search.is_open(path) and self._fallback and search.attempts >= _ATTEMPTS:
-                path = self._repaired(path, search, problem, budget)
+            if self._fallback and search.attempts >= _ATTEMPTS and search.is_open(path):
+                fallbacks += 1
+                path = search.mended(path, self._other_planner(problem, budget))
             if not search.is_open(path) and budget.remaining() > 0:
-                return Status.EXACT_SOLUTION, np.array(path), search.stats()
-        return Status.TIMEOUT, None, search.stats()
+                break
+        else:
+            return Status.TIMEOUT, None, search.stats()
+        helped = {"fallbacks": fallbacks} if self._fallback else {}
+        return Status.EXACT_SOLUTION, np.array(path), search.stats() | helped
 
-    def _repaired(
-        self, path: list[Array], search: Search, problem: Problem, budget: Budget
-    ) -> list[Array]:
-        """A path with its infeasible motions replaced by the fallback's paths, where it has any."""
-        assert self._fallback is not None
-        whole = [path[0]]
-        for number, (a, b) in enumerate(pairwise(path)):
-            between: Sequence[Array] = [a, b]
-            if not search.is_free(a, b):
-                seed = derived_seed("mpnet fallback", problem.seed, number)
-                until = Budget(budget.deadline, math.inf)
-                found = self._fallback.solve(Problem(a, b, problem.index, seed), until)
-                search.fallbacks += 1
-                if found.status is Status.EXACT_SOLUTION:
-                    between = list(np.asarray(found.path))
-            whole.extend(between[1:])
-        return contracted(whole, search.is_free)
+    def _other_planner(self, problem: Problem, budget: Budget) -> Between:
+        """The fallback's first path between two configurations, or the two if it has none."""
+        seeds = itertools.count()
+
+        def between(a: Array, b: Array) -> list[Array]:
+            assert self._fallback is not None
+            seed = derived_seed("mpnet fallback", problem.seed, next(seeds))
+            found = self._fallback.solve(
+                Problem(a, b, problem.index, seed), Budget(budget.deadline, stop_cost=math.inf)
+            )
+            return list(found.path) if found.status is Status.EXACT_SOLUTION else [a, b]
+
+        return between

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -23,6 +23,10 @@ _REPLANS = 8
 """Of one path, before a new one is begun."""
 
 
+Between = Callable[[Array, Array], list[Array]]
+"""Makes a path of waypoints (d,) between two configurations, both included."""
+
+
 class Search:
     """The search for one problem's path; the same for equal problems, as long as time allows.
 
@@ -31,7 +35,6 @@ class Search:
     Attributes:
         attempts: paths begun.
         replans: motions replanned by the network.
-        fallbacks: motions that another planner was asked for.
     """
 
     def __init__(
@@ -51,15 +54,10 @@ class Search:
         self._known: dict[tuple[bytes, bytes], bool] = {}
         self.attempts = 0
         self.replans = 0
-        self.fallbacks = 0
 
     def stats(self) -> dict[str, Any]:
         """JSON data on how it went."""
-        return {
-            "attempts": self.attempts,
-            "replans": self.replans,
-            "fallbacks": self.fallbacks,
-        }
+        return {"attempts": self.attempts, "replans": self.replans}
 
     def is_free(self, a: Array, b: Array) -> bool:
         """Whether the straight motion from a to b (d,) is proved free; asks once."""
@@ -79,8 +77,17 @@ class Search:
         for _ in range(_REPLANS):
             if self._budget.remaining() <= 0 or not self.is_open(path):
                 break
-            path = contracted(self._replanned(path), self.is_free)
+            path = self.mended(path, self._replanned)
         return path
+
+    def mended(self, path: Sequence[Array], between: Between) -> list[Array]:
+        """A path without its waypoints in collision, with `between` instead of motions that are
+        infeasible, contracted."""
+        beacons = [path[0], *(q for q in path[1:-1] if self._model.is_valid(q)), path[-1]]
+        whole = [beacons[0]]
+        for a, b in pairwise(beacons):
+            whole.extend([b] if self.is_free(a, b) else between(a, b)[1:])
+        return contracted(whole, self.is_free)
 
     def _expanded(self, start: Array, goal: Array) -> list[Array]:
         """Steps from both ends in turn, each towards the other's last, until a free motion joins
@@ -95,19 +102,9 @@ class Search:
                 break
         return [*trees[0], *reversed(trees[1])]
 
-    def _replanned(self, path: Sequence[Array]) -> list[Array]:
-        """A path without its waypoints in collision, the network's waypoints between those whose
-        motion is infeasible."""
-        inner = [q for q in path[1:-1] if self._model.is_valid(q)]
-        beacons = [path[0], *inner, path[-1]]
-        whole = [beacons[0]]
-        for a, b in pairwise(beacons):
-            if self.is_free(a, b):
-                whole.append(b)
-                continue
-            self.replans += 1
-            whole.extend(self._expanded(a, b)[1:])
-        return whole
+    def _replanned(self, a: Array, b: Array) -> list[Array]:
+        self.replans += 1
+        return self._expanded(a, b)
 
     def _next(self, current: Array, goal: Array) -> Array:
         return np.clip(self._expander.next(current, goal, self._rng), self._lower, self._upper)

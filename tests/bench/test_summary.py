@@ -16,7 +16,15 @@ from bench.stats import wilson_interval
 def row(planner: str, problem: int, outcome: str, **numbers: Any) -> dict[str, Any]:
     blank = {"solve_s": None, "length": None, "safety_margin": None}
     known = {"env": "c3d", "planner": planner, "problem": problem, "outcome": outcome}
-    return {**known, "status": outcome, "setup_s": 1.0, "train_s": 2.0, **blank, **numbers}
+    return {
+        **known,
+        "status": outcome,
+        "setup_s": 1.0,
+        "train_s": 2.0,
+        "stats": "{}",
+        **blank,
+        **numbers,
+    }
 
 
 RECORDS = pd.DataFrame(
@@ -25,7 +33,7 @@ RECORDS = pd.DataFrame(
         row("a", 1, "VALID", solve_s=3.0, length=20.0, safety_margin=1.5),
         row("a", 2, "COLLISION", solve_s=100.0, length=5.0),
         row("b", 0, "KILLED", solve_s=6.0),
-        row("b", 1, "VALID", solve_s=2.0, length=22.0, safety_margin=0.1),
+        row("b", 1, "VALID", solve_s=2.0, length=22.0, safety_margin=0.1, stats='{"fallbacks": 2}'),
         row("b", 2, "TIMEOUT", solve_s=5.0),
         row("c", 0, "UNSUPPORTED"),
         row("c", 1, "UNSUPPORTED"),
@@ -48,6 +56,8 @@ def test_summary_by_hand() -> None:
     assert json.loads(a["status_counts"]) == {"VALID": 2, "COLLISION": 1}
     assert json.loads(table.loc["b", "status_counts"]) == {"KILLED": 1, "VALID": 1, "TIMEOUT": 1}
     assert table.loc["c", "solved"] == 0
+    assert table.loc["b", "fallbacks"] == 1
+    assert np.isnan(table.loc["a", "fallbacks"]), "none is not 0"
     assert np.isnan(table.loc["c", "time_s_mean"])
 
 
@@ -74,6 +84,8 @@ def test_markdown_shows_every_number_and_status() -> None:
     for shown in ("66.7 [20.8, 93.9]", "2.000 ± 1.414 (2.000)", "15.00 ± 7.07", "3.00", "VALID 2"):
         assert shown in line
     assert "COLLISION 1" in line
+    assert "fallback" not in line
+    assert "TIMEOUT 1, with fallback 1" in text
     assert "verified successes" in text
     assert "UNSUPPORTED 2" in text
     assert "nan" not in text
