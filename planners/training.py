@@ -17,7 +17,7 @@ import torch
 from torch import Tensor, nn
 
 from envs import Environment, InputError
-from envs.seeding import stream
+from envs.seeding import derived_seed, stream
 
 _CHECKPOINT_EVERY_S = 20.0
 _LOSSES_KEPT = 50
@@ -55,7 +55,7 @@ class Rollback:
 class Recipe:
     """How a network is optimised. The learning rate falls along a cosine to `last_rate_share`."""
 
-    steps: int = 6000
+    steps: int = 5000
     learning_rate: float = 2e-3
     warm_up_steps: int = 200
     last_rate_share: float = 0.02
@@ -199,8 +199,8 @@ def train(
 ) -> nn.Module:
     """Trains until `length` is over, and gives the averaged weights.
 
-    Every step has a random stream of its own, so that a training that was interrupted goes on as
-    if it had not been.
+    Every step has random streams of its own, for the data and for PyTorch, so that a training that
+    was interrupted goes on as if it had not been.
 
     Args:
         objective: prepared.
@@ -215,7 +215,9 @@ def train(
         batch = objective.draw(stream("training", seed, state.step))
         batch = tuple(part.to(device) for part in batch)
         drawn = monotonic()
-        loss = _step(state, objective, batch, recipe)
+        with torch.random.fork_rng():
+            torch.manual_seed(derived_seed("training", seed, state.step))
+            loss = _step(state, objective, batch, recipe)
         state.recent.append(loss)
         state.latest_loss = loss
         state.step += 1

@@ -48,7 +48,7 @@ def occupancy_of(env: Environment) -> Tensor:
     return occupancy(torch.from_numpy(Scale.of(env).shrink(points)).float())
 
 
-UNIFORM_PAIRS = GroupPlan(local_share=0.0, near=NearSurfaces(0.0))
+UNIFORM_PAIRS = GroupPlan(groups=384, starts=1, goals=1, local_share=0.0, near=NearSurfaces(0.0))
 """Pairs of points anywhere."""
 
 METHODS: dict[str, Method] = {

@@ -31,6 +31,7 @@ class FieldShape:
     Attributes:
         dimension: d.
         frequencies: number of random Fourier features.
+        bandwidth: standard deviation of their frequencies, in periods per side of the space.
         width: of all hidden layers, and half of the number of features of a configuration.
         speed_ratio: d_max / d_min, which bounds the stretch.
         operator: how two configurations' features are combined, see `OPERATORS`.
@@ -40,6 +41,7 @@ class FieldShape:
 
     dimension: int
     frequencies: int = 32
+    bandwidth: float = 0.7
     width: int = 128
     encoder_blocks: int = 2
     generator_blocks: int = 2
@@ -79,7 +81,9 @@ class CSpaceEncoder(nn.Module):
         super().__init__()
         inputs = shape.dimension + 2 * shape.frequencies
         self.waves: Tensor
-        self.register_buffer("waves", torch.randn(shape.frequencies, shape.dimension))
+        self.register_buffer(
+            "waves", shape.bandwidth * torch.randn(shape.frequencies, shape.dimension)
+        )
         self.first = nn.Linear(inputs, shape.width)
         self.blocks = nn.ModuleList(SineBlock(shape.width) for _ in range(shape.encoder_blocks))
         self.last = nn.Linear(shape.width, 2 * shape.width)

@@ -67,7 +67,7 @@ class LargestSubsolution(_Groups):
     cheap, the field would be too fast near obstacles, and paths would keep less clearance.
     """
 
-    pull: tuple[float, float] = (0.3, 0.1)
+    pull: tuple[float, float] = (0.3, 0.07)
     pull_distance: float = 0.25
     slack_weight: tuple[float, float] = (0.1, 1.0)
     anneal_from: float = 0.3

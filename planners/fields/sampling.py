@@ -68,19 +68,19 @@ class Space:
 class GroupPlan:
     """How groups of points are drawn.
 
-    A group is trained on all pairs of its starts and goals; by default it is one pair, since all
-    pairs of larger groups cost more than they teach. Half of the groups lie in balls of
+    A group is trained on all pairs of its starts and goals: more pairs for nearly the same cost, as
+    long as groups are small. Half of the groups lie in balls of
     log-uniform radius round a point, so that near and far pairs count alike; the others spread
     over the whole space. Lengths are in the networks' space.
     """
 
-    groups: int = 384
-    starts: int = 1
-    goals: int = 1
+    groups: int = 128
+    starts: int = 3
+    goals: int = 3
     local_share: float = 0.5
     least_radius: float = 0.01
     greatest_radius: float = 0.5
-    near: NearSurfaces = NearSurfaces()
+    near: NearSurfaces = NearSurfaces(0.5, farthest=0.11)
     candidates: int = 3
     """Further points drawn for each, among which those near a surface are sought."""
 

@@ -39,8 +39,8 @@ class Imitation:
 
     plan: DemonstrationPlan = field(default_factory=DemonstrationPlan)
     scenes: int = 8
-    samples: int = 256
-    points: int = 2048
+    samples: int = 128
+    points: int = 1024
     along: float = 0.5
 
     def prepare(

@@ -28,7 +28,7 @@ class PlannerShape:
     dimension: int
     code: int = 128
     point_widths: tuple[int, ...] = (64, 128, 256)
-    widths: tuple[int, ...] = (512, 512, 512, 256)
+    widths: tuple[int, ...] = (448, 448, 256)
     dropout: float = 0.1
 
 

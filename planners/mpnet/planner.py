@@ -36,11 +36,11 @@ def network(env: Environment) -> Mpnet:
 METHOD = Method(
     network,
     Imitation,
-    Recipe(steps=8000, learning_rate=1e-3, betas=(0.9, 0.999)),
-    expected_minutes=40.0,
+    Recipe(steps=12_000, learning_rate=1e-3, betas=(0.9, 0.999)),
+    expected_minutes=30.0,
 )
 
-_VALIDATION_S = 1.0  # for a problem, while training
+_VALIDATION_S = 0.5  # for a problem, while training
 _ATTEMPTS = 3  # of the network alone, before a fallback is asked
 
 

@@ -35,8 +35,8 @@ def test_schedules() -> None:
     assert recipe.rate(1000, 1.0) == pytest.approx(0.02 * recipe.learning_rate)
     objective = LargestSubsolution()
     assert objective.weights(0.0) == (0.3, 0.1)
-    assert objective.weights(0.55) == pytest.approx((0.2, 0.1**0.5))
-    assert objective.weights(1.0) == pytest.approx((0.1, 1.0))
+    assert objective.weights(0.55) == pytest.approx((0.185, 0.1**0.5))
+    assert objective.weights(1.0) == pytest.approx((0.07, 1.0))
     assert [ramp(share, 0.25, 0.5) for share in (0.0, 0.3, 0.5, 1.0)] == pytest.approx(
         [0, 0.2, 1, 1]
     )
