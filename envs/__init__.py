@@ -15,6 +15,11 @@ REGISTRY: Registry[Environment] = Registry(
             "envs.scenes.cluttered:Cluttered3D",
             "point robot in a 20-unit cube among random boxes (scene, boxes, robot_radius)",
         ),
+        Spec(
+            "mesh",
+            "envs.scenes.mesh_world:MeshWorld",
+            "point robot about or within any triangle mesh (file, kind, robot_radius, scale)",
+        ),
     ],
     entry_point_group="bench.envs",
 )

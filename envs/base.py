@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.fcl_model import DEFAULT_TOLERANCE, CollisionModel
-from envs.collision.shapes import Box
+from envs.collision.fcl_model import DEFAULT_TOLERANCE, Allowed, CollisionModel
+from envs.collision.shapes import Obstacle
 from envs.problem import Array, Problem
 from envs.robots.base import Robot
 from envs.speed import SpeedModel
@@ -23,14 +23,14 @@ class Environment(ABC):
     Attributes:
         lower, upper: (d,) bounds of the configurations, in the environment's unit.
         robot: the moving body.
-        obstacles: solid shapes in the workspace frame.
+        obstacles: shapes in the workspace frame.
         speed_model: equation 3 with this environment's constants.
     """
 
     lower: Array
     upper: Array
     robot: Robot
-    obstacles: Sequence[Box]
+    obstacles: Sequence[Obstacle]
     speed_model: SpeedModel
 
     @property
@@ -74,6 +74,12 @@ class Environment(ABC):
         besides the identity."""
         return np.eye(self.dimension)[None]
 
+    @property
+    def allowed(self) -> Allowed | None:
+        """Where configurations may be, besides being in contact with nothing: for obstacles that
+        are surfaces. See `CollisionModel`."""
+        return None
+
     def speed(self, q: Array) -> Array:
         """Speeds S*(q) (n,) at configurations (n, d)  (equation 3)."""
         return self.speed_model(self.clearance(q))
@@ -88,7 +94,7 @@ class Environment(ABC):
 
     def collision_model(self, tolerance: float = DEFAULT_TOLERANCE) -> CollisionModel:
         """A new FCL model of this robot and scene."""
-        return CollisionModel(self.robot, self.obstacles, tolerance)
+        return CollisionModel(self.robot, self.obstacles, tolerance, self.allowed)
 
     @property
     def fingerprint(self) -> str:

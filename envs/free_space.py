@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,3 +46,36 @@ class GridComponents:
         nearest = np.rint((q - self._lower) / self._spacing).astype(int)
         labels: NDArray[np.int64] = self._labels[tuple(np.clip(nearest, 0, self._last).T)]
         return labels
+
+
+class Demanding(Protocol):
+    """What problems have to keep to.
+
+    Attributes:
+        min_clearance: least clearance of a problem's start and goal.
+        min_separation: least distance between them.
+    """
+
+    lower: Array
+    upper: Array
+    min_clearance: float
+    min_separation: float
+
+    def clearance(self, q: Array) -> Array: ...
+
+
+def connected_pairs(
+    env: Demanding, components: GridComponents, rng: np.random.Generator
+) -> Iterator[tuple[Array, Array]]:
+    """Starts and goals, each (d,), uniform in free space as far as `env` allows them, and in one
+    component. Ends when a hundred thousand pairs in a row are refused."""
+    fruitless = 0
+    while fruitless < 100:
+        start, goal = rng.uniform(env.lower, env.upper, (2, 1024, len(env.lower)))
+        keep = np.linalg.norm(goal - start, axis=1) >= env.min_separation
+        keep &= env.clearance(start) >= env.min_clearance
+        keep &= env.clearance(goal) >= env.min_clearance
+        label = components.label(start)
+        keep &= (label > 0) & (label == components.label(goal))
+        fruitless = 0 if keep.any() else fruitless + 1
+        yield from zip(start[keep], goal[keep], strict=True)

@@ -9,13 +9,13 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-import trimesh
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from bench.record import Verdict, decode_path
 from envs import Environment, InputError
+from envs.collision.surface import triangulated
 from envs.problem import Array
 
 COLOURS = {
@@ -75,9 +75,8 @@ def draw(env: Environment, shown: Shown | None, file: Path) -> None:
     with mpl.rc_context({"font.size": 9}):
         figure = Figure(figsize=(7, 6), layout="constrained")
         axes = figure.add_subplot(projection="3d")
-        for box in env.obstacles:
-            surface = trimesh.creation.box(box.sides)
-            faces = surface.vertices[surface.faces] + box.center
+        for obstacle in env.obstacles:
+            faces = np.asarray(triangulated(obstacle).triangles)
             solid = Poly3DCollection(
                 faces, facecolors=[_GREY] * len(faces), alpha=0.45, shade=True, linewidths=0
             )

@@ -2,38 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import fcl
 import numpy as np
+from numpy.typing import NDArray
 
 from envs.collision import continuous
-from envs.collision.shapes import Box, Sphere
+from envs.collision.shapes import Box, Mesh, Obstacle, Sphere
 from envs.problem import Array
 from envs.robots.base import Robot
 
 DEFAULT_TOLERANCE = 1e-3
 
+Allowed = Callable[[Array], NDArray[np.bool_]]
+
 
 class CollisionModel:
     """A robot among solid obstacles, with a broad phase over the obstacles.
 
-    FCL's primitive shapes are solid, so a robot wholly inside one is in collision.
+    FCL's primitive shapes are solid, so a robot wholly inside one is in collision. Its meshes are
+    surfaces: whether the robot is on the right side of one is what `allowed` says.
 
     Args:
         robot: its shapes, poses and motion bound.
-        obstacles: solid shapes fixed in the workspace.
+        obstacles: shapes fixed in the workspace.
         tolerance: to which segments and paths are decided, in workspace units: whatever keeps
             more than this clearance is accepted, whatever touches an obstacle is not, and what
             lies between may be refused.
+        allowed: (n, d) -> (n,) of bool, where configurations may be that touch nothing; constant
+            between obstacles' surfaces. None for everywhere.
 
     Attributes:
         checks: the number of configurations that were queried so far.
     """
 
     def __init__(
-        self, robot: Robot, obstacles: Sequence[Box], tolerance: float = DEFAULT_TOLERANCE
+        self,
+        robot: Robot,
+        obstacles: Sequence[Obstacle],
+        tolerance: float = DEFAULT_TOLERANCE,
+        allowed: Allowed | None = None,
     ) -> None:
         if not (tolerance > 0 and np.isfinite(tolerance)):
             raise ValueError(f"tolerance must be positive, not {tolerance}")
@@ -41,10 +51,8 @@ class CollisionModel:
         self.tolerance = tolerance
         self.checks = 0
         self._bodies = [fcl.CollisionObject(_geometry(shape)) for shape in robot.shapes]
-        self._obstacles = [
-            fcl.CollisionObject(_geometry(box), fcl.Transform(np.eye(3), box.center))
-            for box in obstacles
-        ]
+        self._allowed = allowed
+        self._obstacles = [_placed(obstacle) for obstacle in obstacles]
         self._manager = fcl.DynamicAABBTreeCollisionManager()
         self._manager.registerObjects(self._obstacles)
         self._manager.setup()
@@ -57,7 +65,7 @@ class CollisionModel:
             self._manager.collide(body, data, fcl.defaultCollisionCallback)
             if data.result.is_collision:
                 return False
-        return True
+        return self._on_the_right_side(q)
 
     def clearance(self, q: Array) -> float:
         """The distance from robot to obstacles at a configuration (d,), in workspace units.
@@ -70,7 +78,7 @@ class CollisionModel:
             data = fcl.DistanceData()
             self._manager.distance(body, data, fcl.defaultDistanceCallback)
             least = min(least, data.result.min_distance)
-        return least
+        return least if self._on_the_right_side(q) else -abs(least)
 
     def segment_is_free(self, a: Array, b: Array) -> bool:
         """Whether the straight motion between configurations a and b (d,) is proved free.
@@ -89,6 +97,9 @@ class CollisionModel:
         bounds = [self.robot.motion_bound(a, b) for a, b in pairwise(waypoints)]
         return continuous.path_min_clearance(self.clearance, waypoints, bounds, self.tolerance)
 
+    def _on_the_right_side(self, q: Array) -> bool:
+        return self._allowed is None or bool(self._allowed(q[None])[0])
+
     def _place(self, q: Array) -> None:
         self.checks += 1
         for body, (rotation, translation) in zip(self._bodies, self.robot.poses(q), strict=True):
@@ -98,7 +109,19 @@ class CollisionModel:
                 body.setTransform(fcl.Transform(rotation, translation))
 
 
-def _geometry(shape: Box | Sphere) -> fcl.CollisionGeometry:
+def _placed(obstacle: Obstacle) -> fcl.CollisionObject:
+    if isinstance(obstacle, Box):
+        return fcl.CollisionObject(_geometry(obstacle), fcl.Transform(np.eye(3), obstacle.center))
+    return fcl.CollisionObject(_geometry(obstacle), fcl.Transform())
+
+
+def _geometry(shape: Obstacle | Sphere) -> fcl.CollisionGeometry:
     if isinstance(shape, Box):
         return fcl.Box(*shape.sides)
+    if isinstance(shape, Mesh):
+        model = fcl.BVHModel()
+        model.beginModel(len(shape.vertices), len(shape.faces))
+        model.addSubModel(shape.vertices, shape.faces)
+        model.endModel()
+        return model
     return fcl.Sphere(shape.radius)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from envs.problem import Array, frozen_array
 
@@ -21,6 +22,34 @@ class Box:
         object.__setattr__(self, "sides", frozen_array(self.sides, 1, "box sides"))
         if (self.sides <= 0).any():
             raise ValueError(f"box sides must be positive, not {self.sides.tolist()}")
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangulated surface: `vertices` (n, 3) in the workspace frame, `faces` (m, 3)."""
+
+    vertices: Array
+    faces: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", frozen_array(self.vertices, 2, "mesh vertices"))
+        faces = np.array(self.faces, dtype=np.int64)
+        if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) == 0:
+            raise ValueError(f"mesh faces must be (m, 3), not {faces.shape}")
+        if faces.min() < 0 or faces.max() >= len(self.vertices):
+            raise ValueError("mesh faces name vertices that are not there")
+        faces.flags.writeable = False
+        object.__setattr__(self, "faces", faces)
+
+    def joined(self, other: Mesh) -> Mesh:
+        """Both as one."""
+        return Mesh(
+            np.concatenate([self.vertices, other.vertices]),
+            np.concatenate([self.faces, other.faces + len(self.vertices)]),
+        )
+
+
+Obstacle = Box | Mesh
 
 
 @dataclass(frozen=True)

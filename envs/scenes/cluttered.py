@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from functools import cached_property
 from itertools import islice
 from typing import Any
@@ -14,7 +13,7 @@ from envs.base import Environment
 from envs.collision.distance import signed_distance_to_boxes
 from envs.collision.shapes import Box
 from envs.errors import InputError
-from envs.free_space import GridComponents
+from envs.free_space import GridComponents, connected_pairs
 from envs.problem import Array, Problem
 from envs.robots.point import PointRobot
 from envs.seeding import derived_seed, stream
@@ -44,9 +43,7 @@ class Cluttered3D(Environment):
     """
 
     min_clearance = 0.4
-    """Least clearance of a problem's start and goal."""
     min_separation = 4.0
-    """Least distance between a problem's start and goal."""
 
     def __init__(self, scene: int = 0, boxes: int = 10, robot_radius: float = 0.01) -> None:
         if not 0 <= scene < 2**32:
@@ -65,16 +62,18 @@ class Cluttered3D(Environment):
         sides = rng.uniform(2.0, 6.0, (boxes, 3))
         room = HALF_SIDE - sides / 2
         centers = rng.uniform(-room, room)
-        self.obstacles = [Box(c, s) for c, s in zip(centers, sides, strict=True)]
+        self._boxes = [Box(c, s) for c, s in zip(centers, sides, strict=True)]
+        self.obstacles = self._boxes
 
     def clearance(self, q: Array) -> Array:
         points = self.configurations(q)
-        return signed_distance_to_boxes(points, self.obstacles) - self._radius
+        return signed_distance_to_boxes(points, self._boxes) - self._radius
 
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         """Both ends uniform in free space, as `min_clearance` and `min_separation` demand, and
         proved to lie in one component of free space (see `GridComponents`)."""
-        pairs = list(islice(self._pairs(seed), n))
+        rng = stream("c3d problems", seed, self._scene)
+        pairs = list(islice(connected_pairs(self, self._components, rng), n))
         if len(pairs) < n:
             raise InputError(
                 f"c3d: found only {len(pairs)} of {n} problems; ask for fewer boxes or problems"
@@ -84,19 +83,6 @@ class Cluttered3D(Environment):
             for index, (start, goal) in enumerate(pairs)
         ]
 
-    def _pairs(self, seed: int) -> Iterator[tuple[Array, Array]]:
-        rng = stream("c3d problems", seed, self._scene)
-        fruitless = 0
-        while fruitless < 100:
-            start, goal = rng.uniform(self.lower, self.upper, (2, 1024, 3))
-            keep = np.linalg.norm(goal - start, axis=1) >= self.min_separation
-            keep &= self.clearance(start) >= self.min_clearance
-            keep &= self.clearance(goal) >= self.min_clearance
-            label = self._components.label(start)
-            keep &= (label > 0) & (label == self._components.label(goal))
-            fruitless = 0 if keep.any() else fruitless + 1
-            yield from zip(start[keep], goal[keep], strict=True)
-
     @cached_property
     def _components(self) -> GridComponents:
         return GridComponents(self.clearance, self.lower, self.upper)
@@ -104,7 +90,7 @@ class Cluttered3D(Environment):
     def definition(self) -> dict[str, Any]:
         return {
             **self.family_definition(),
-            "boxes": [[*box.center.tolist(), *box.sides.tolist()] for box in self.obstacles],
+            "boxes": [[*box.center.tolist(), *box.sides.tolist()] for box in self._boxes],
             "scene": self._scene,
         }
 

@@ -1,0 +1,74 @@
+"""Batched queries of a triangle mesh (libigl), and the closing of its holes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from envs.collision.shapes import Mesh
+from envs.problem import Array
+
+_CELLS = 128  # along the longest side of the grid on which holes are sought
+_COVERED = 0.75  # of a cell: nearer to the surface, the surface itself closes
+
+
+class MeshQueries:
+    """Distances to a mesh and its winding numbers, with the trees that make them fast."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self._mesh = mesh
+        # Copies: libigl wants arrays that it may write to.
+        self._arrays = np.array(mesh.vertices), np.array(mesh.faces)
+        self._tree = igl.AABB()
+        self._tree.init(*self._arrays)
+        self._winding = igl.FastWindingNumberBVH()
+        self._winding.init(*self._arrays)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return MeshQueries, (self._mesh,)
+
+    def distance(self, points: Array) -> Array:
+        """Unsigned distances (n,) of points (n, 3) to the surface."""
+        squared, _, _ = self._tree.squared_distance(*self._arrays, np.ascontiguousarray(points))
+        distance: Array = np.sqrt(squared)
+        return distance
+
+    def is_inside(self, points: Array) -> NDArray[np.bool_]:
+        """Whether the surface encloses points (n, 3), (n,) of bool.
+
+        The generalised winding number (Jacobson et al. 2013) is 1 inside a closed surface, -1 if
+        its faces are wound inward, 0 outside, and changes steadily through holes; more than half
+        counts as inside.
+        """
+        inside: NDArray[np.bool_] = np.abs(self.winding_number(points)) > 0.5
+        return inside
+
+    def winding_number(self, points: Array) -> Array:
+        """Generalised winding numbers (n,) of points (n, 3)."""
+        number: Array = self._winding.winding_number(np.ascontiguousarray(points))
+        return number
+
+
+def lids(mesh: Mesh, queries: MeshQueries) -> Mesh | None:
+    """Surfaces that close a mesh's holes, or None if it has none.
+
+    They are where the winding number is half of its greatest: the level set by marching cubes,
+    without its parts along the mesh's own surface. Holes narrower than a cell, a 128th of the
+    mesh's longest side, stay open.
+    """
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    cell = float((high - low).max()) / _CELLS
+    counts = np.ceil((high - low) / cell).astype(int) + 5
+    axes = [start + cell * np.arange(n) for start, n in zip(low - 2 * cell, counts, strict=True)]
+    # First axis fastest, as marching cubes wants it.
+    nodes = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+    level = np.abs(queries.winding_number(nodes)) - 0.5
+    vertices, faces, _ = igl.marching_cubes(level, nodes, *map(int, counts), 0.0)
+    if len(faces) == 0:
+        return None
+    away = queries.distance(vertices)[faces].max(axis=1) > _COVERED * cell
+    used, renumbered = np.unique(faces[away], return_inverse=True)
+    return Mesh(vertices[used], renumbered.reshape(-1, 3)) if away.any() else None

@@ -1,0 +1,89 @@
+"""Triangle meshes from files, checked and cleaned."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from envs.errors import InputError
+from envs.problem import Array
+
+logger = logging.getLogger(__name__)
+
+FORMATS = (".obj", ".ply", ".off", ".stl", ".glb")
+
+MOST_FACES = 5_000_000
+"""More are refused: collision checking would want tens of GB."""
+
+
+@dataclass(frozen=True, eq=False)
+class FileMesh:
+    """A mesh in its file's own unit and frame.
+
+    Attributes:
+        vertices: (n, 3), no two alike.
+        faces: (m, 3), indices of vertices, none degenerate.
+        dropped: degenerate faces that the file had besides.
+    """
+
+    vertices: Array
+    faces: NDArray[np.int64]
+    dropped: int
+
+
+def read_mesh(file: str | Path) -> FileMesh:
+    """Reads an OBJ, PLY, OFF, STL or GLB file; all its meshes are taken as one.
+
+    Vertices at the same place become one, and degenerate faces (no area) are dropped and counted.
+
+    Raises:
+        InputError: there is no such file, or it holds no usable mesh.
+    """
+    path = Path(file)
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{file}: meshes are read from {', '.join(FORMATS)} files")
+    if not path.is_file():
+        raise InputError(f"no such file: {file}")
+    if path.stat().st_size == 0:
+        raise InputError(f"{file} is empty")
+    mesh = _parsed(path)
+    if len(mesh.faces) == 0:
+        points = " (a cloud of points has to be meshed first)" if len(mesh.vertices) else ""
+        raise InputError(f"{file} holds no faces{points}")
+    if len(mesh.faces) > MOST_FACES:
+        raise InputError(f"{file} has {len(mesh.faces)} faces, more than {MOST_FACES}: simplify it")
+    if not np.isfinite(mesh.vertices).all():
+        raise InputError(f"{file} has vertices that are NaN or infinite")
+    return _cleaned(mesh, file)
+
+
+def _parsed(path: Path) -> trimesh.Trimesh:
+    try:
+        return trimesh.load_mesh(path, process=False)
+    except MemoryError as error:
+        raise InputError(f"{path} is too large for this machine's memory") from error
+    except Exception as error:  # the parsers of other formats raise whatever they stumble on
+        reason = str(error).split("\n")[0] or type(error).__name__
+        raise InputError(f"{path} cannot be read as a mesh: {reason}") from error
+
+
+def _cleaned(mesh: trimesh.Trimesh, file: str | Path) -> FileMesh:
+    before = len(mesh.faces)
+    mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    if float(np.ptp(mesh.vertices, axis=0).max()) == 0:
+        raise InputError(f"{file} has no extent: all its vertices are at one place")
+    mesh.update_faces(mesh.nondegenerate_faces())
+    mesh.remove_unreferenced_vertices()
+    if len(mesh.faces) == 0:
+        raise InputError(f"{file} holds degenerate faces only")
+    return FileMesh(
+        np.asarray(mesh.vertices, dtype=np.float64),
+        np.asarray(mesh.faces, dtype=np.int64),
+        before - len(mesh.faces),
+    )
