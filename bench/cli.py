@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 
 from bench import commands
+from bench.suite import PAPER
 from envs import InputError
 from envs.errors import suggestion
 
@@ -99,11 +100,12 @@ def _add_run(subparsers: Any) -> None:
     add("--time-limit", type=float, default=5.0, metavar="SECONDS", help="(default: 5)")
     add(
         "--stop",
-        default="match:fmm",
+        default=PAPER,
         metavar="RULE",
         help="when planners that improve their path stop: first, at the first solution; limit, "
         "at the time limit; match:PLANNER[:TOL], when no longer than (1+TOL) times PLANNER's "
-        "path, TOL 0.05 (default: match:fmm)",
+        "path, TOL 0.05; paper, match:mpnet, or match:fmm where mpnet has no weights "
+        "(default: paper)",
     )
     add("--jobs", type=int, default=1, metavar="N", help="planners at a time (default: 1)")
     add(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from torch.nn import functional
 
-from envs import Environment
+from envs import Environment, InputError
 from envs.collision.surface import surface_points
 from envs.problem import Array
 from planners.mpnet.demonstrations import DemonstrationPlan, Demonstrations, make_demonstrations
@@ -48,10 +48,12 @@ class Imitation:
     ) -> float:
         family = env.family()
         made, seconds = make_demonstrations(family, self.plan, seed, kept, report)
-        self._scale = Scale.of(env)
         self._turns = env.symmetries()
-        self._clouds = [cloud(scene) for scene in family]
-        self._paths = _by_scene(made, self._scale, len(family))
+        shown = sorted(set(made.scenes.tolist()))
+        if not shown:
+            raise InputError(f"{self.plan.planner} demonstrated nothing in {self.plan.seconds} s")
+        self._clouds = [cloud(family[scene]) for scene in shown]
+        self._paths = _by_scene(made, Scale.of(env), shown)
         return seconds
 
     def draw(self, rng: np.random.Generator) -> Batch:
@@ -101,10 +103,10 @@ class _Paths:
         return np.array([at + way * (after - at), self._waypoints[goal], after])
 
 
-def _by_scene(made: Demonstrations, scale: Scale, scenes: int) -> list[_Paths]:
+def _by_scene(made: Demonstrations, scale: Scale, scenes: Sequence[int]) -> list[_Paths]:
     waypoints = np.split(scale.shrink(made.waypoints), np.cumsum(made.lengths)[:-1])
     found = []
-    for scene in range(scenes):
+    for scene in scenes:
         own = [waypoints[i] for i in np.flatnonzero(made.scenes == scene)]
         both = [*own, *(path[::-1] for path in own)]
         sizes = np.array([len(path) for path in both])

@@ -16,11 +16,14 @@ from planners.base import Budget
 from planners.mpnet.contraction import contracted
 from planners.mpnet.expansion import Expander
 
-_MOST_STEPS = 40
-"""Of one expansion."""
+_MOST_STEPS = 8
+"""Of one expansion. Most motions that can be joined at all are after two or three."""
 
-_REPLANS = 8
+_REPLANS = 3
 """Of one path, before a new one is begun."""
+
+_MORE_DROPOUT, _MOST_DROPOUT = 0.05, 0.5
+"""Added for each attempt, up to the published share: else attempts would be too much alike."""
 
 
 Between = Callable[[Array, Array], list[Array]]
@@ -51,6 +54,7 @@ class Search:
         self._problem = problem
         self._budget = budget
         self._rng = stream("mpnet dropout", problem.seed)
+        self._dropout = expander.dropout
         self._known: dict[tuple[bytes, bytes], bool] = {}
         self.attempts = 0
         self.replans = 0
@@ -73,6 +77,8 @@ class Search:
     def attempt(self) -> list[Array]:
         """A new path, contracted, its infeasible motions replanned up to `_REPLANS` times."""
         self.attempts += 1
+        more = _MORE_DROPOUT * (self.attempts - 1)
+        self._dropout = min(self._expander.dropout + more, _MOST_DROPOUT)
         path = contracted(self._expanded(self._problem.start, self._problem.goal), self.is_free)
         for _ in range(_REPLANS):
             if self._budget.remaining() <= 0 or not self.is_open(path):
@@ -107,4 +113,5 @@ class Search:
         return self._expanded(a, b)
 
     def _next(self, current: Array, goal: Array) -> Array:
-        return np.clip(self._expander.next(current, goal, self._rng), self._lower, self._upper)
+        ahead = self._expander.next(current, goal, self._rng, self._dropout)
+        return np.clip(ahead, self._lower, self._upper)

@@ -9,6 +9,8 @@ import pandas as pd
 import pytest
 from conftest import Cli, records_of
 
+from bench.suite import make_suite
+
 
 @pytest.mark.parametrize(
     ("rule", "costs"),
@@ -81,4 +83,22 @@ def test_a_reference_that_nobody_needs_is_not_run(bench: Cli, tmp_path: Path) ->
     assert bench(*run, "ntfields")[0] == 0
     assert list(pd.read_csv(tmp_path / "summary.csv")["planner"]) == ["ntfields"]
     assert bench(*run, "ntfields,bitstar")[0] == 0
-    assert list(pd.read_csv(tmp_path / "summary.csv")["planner"]) == ["fmm", "ntfields", "bitstar"]
+    wanted = ["mpnet", "ntfields", "bitstar"]
+    assert list(pd.read_csv(tmp_path / "summary.csv")["planner"]) == wanted
+
+
+def test_the_papers_rule_takes_mpnet_where_it_has_weights(tmp_path: Path) -> None:
+    def rule(env: str) -> str:
+        return make_suite(
+            env=env,
+            planner="rrtstar",
+            problems=1,
+            seed=0,
+            time_limit_s=1,
+            stop="paper",
+            jobs=1,
+            memory_limit_mb=1000,
+        ).stop.text
+
+    assert rule("c3d") == rule("c3d:scene=1234") == "match:mpnet:0.05"
+    assert rule("c3d:boxes=3") == rule("c3d,c3d:boxes=3") == "match:fmm:0.05"

@@ -58,4 +58,4 @@ def test_the_spec_describes_it() -> None:
         assert spec.description[0].islower() or spec.description.startswith("OMPL")
         assert len(spec.description) < 100
     paper = [spec.id for spec in planners.REGISTRY.group("paper")]
-    assert paper == ["ntfields", "ief3d", "fmm", "rrtstar", "lazyprmstar"]
+    assert paper == ["ntfields", "ief3d", "fmm", "mpnet", "rrtstar", "lazyprmstar"]

@@ -251,9 +251,9 @@ def test_test_problems_never_touch_training(
         assert derived_seed("validation", seed) > 10**6
 
 
-def test_learned_planners_name_their_weights() -> None:
+def test_time_fields_name_their_weights() -> None:
     for spec in planners.REGISTRY.specs():
-        if issubclass(spec.load(), LearnedPlanner):
+        if issubclass(spec.load(), FieldPlanner):
             made = planners.make(spec.id)
             assert isinstance(made, LearnedPlanner)
             assert made.name in METHODS

@@ -151,21 +151,22 @@ def test_codes_do_not_depend_on_the_order_of_points(net: Mpnet) -> None:
 def test_both_forms_of_the_planning_network_agree(net: Mpnet, c3d: Environment) -> None:
     code = torch.randn(8)
     expander = Expander(net.planner, code.numpy(), Scale.of(c3d))
-    expander._kept = 1.0
     net.planner.dropout = 0.0
     here, goal = np.array([3.0, -4.0, 5.0]), np.array([-9.0, 1.0, 0.0])
     a, b = (torch.from_numpy(q / 20).float() for q in (here, goal))
     wanted = 20 * net.planner(code, a, b).detach().numpy()
-    assert expander.next(here, goal, np.random.default_rng(0)) == pytest.approx(wanted, abs=1e-4)
+    assert expander.next(here, goal, np.random.default_rng(0), 0.0) == pytest.approx(
+        wanted, abs=1e-4
+    )
 
 
 def test_units_are_left_out_while_planning(net: Mpnet, c3d: Environment) -> None:
     expander = Expander(net.planner, np.zeros(8, dtype=np.float32), Scale.of(c3d))
     rng = np.random.default_rng(0)
     here, goal = np.zeros(3), np.ones(3)
-    steps = np.array([expander.next(here, goal, rng) for _ in range(400)])
+    steps = np.array([expander.next(here, goal, rng, 0.25) for _ in range(400)])
     assert steps.std(axis=0).min() > 0
-    again = expander.next(here, goal, np.random.default_rng(0))
+    again = expander.next(here, goal, np.random.default_rng(0), 0.25)
     assert (again == steps[0]).all()
 
 
@@ -239,7 +240,7 @@ def test_the_same_seed_gives_the_same_path(c3d: Environment, net: Mpnet) -> None
 def test_the_fallback_mends_what_the_network_cannot(
     c3d: Environment, net: Mpnet, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Expander, "next", lambda self, current, goal, rng: current)
+    monkeypatch.setattr(Expander, "next", lambda self, current, *others: current)
     problem = next(
         p
         for p in c3d.sample_problems(50, 4)
