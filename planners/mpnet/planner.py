@@ -42,6 +42,7 @@ METHOD = Method(
 
 _VALIDATION_S = 0.5  # for a problem, while training
 _ATTEMPTS = 3  # of the network alone, before a fallback is asked
+_FALLBACK_SHARE = 0.2  # of the time that is left, for one motion: it may be one without a path
 
 
 class MpnetPlanner(LearnedPlanner):
@@ -144,8 +145,9 @@ class MpnetPlanner(LearnedPlanner):
         def between(a: Array, b: Array) -> list[Array]:
             assert self._fallback is not None
             seed = derived_seed("mpnet fallback", problem.seed, next(seeds))
+            deadline = budget.deadline - (1 - _FALLBACK_SHARE) * budget.remaining()
             found = self._fallback.solve(
-                Problem(a, b, problem.index, seed), Budget(budget.deadline, stop_cost=math.inf)
+                Problem(a, b, problem.index, seed), Budget(deadline, stop_cost=math.inf)
             )
             return list(found.path) if found.status is Status.EXACT_SOLUTION else [a, b]
 

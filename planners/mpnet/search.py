@@ -89,7 +89,9 @@ class Search:
     def mended(self, path: Sequence[Array], between: Between) -> list[Array]:
         """A path without its waypoints in collision, with `between` instead of motions that are
         infeasible, contracted."""
-        beacons = [path[0], *(q for q in path[1:-1] if self._model.is_valid(q)), path[-1]]
+        # Nearer to an obstacle than the tolerance, no motion to or from it would be accepted.
+        safe = [q for q in path[1:-1] if self._model.clearance(q) > self._model.tolerance]
+        beacons = [path[0], *safe, path[-1]]
         whole = [beacons[0]]
         for a, b in pairwise(beacons):
             whole.extend([b] if self.is_free(a, b) else between(a, b)[1:])

@@ -16,7 +16,7 @@ from envs import Environment, Problem
 from envs.scenes import cluttered
 from envs.scenes.cluttered import Cluttered3D
 from envs.seeding import TEST_SEEDS
-from planners.base import Budget, Status
+from planners.base import Budget, PlannerResult, Status
 from planners.mpnet import planner as mpnet
 from planners.mpnet.contraction import contracted
 from planners.mpnet.demonstrations import (
@@ -252,6 +252,29 @@ def test_the_fallback_mends_what_the_network_cannot(
     assert helped.status is Status.EXACT_SOLUTION
     assert helped.stats["fallbacks"] == 1
     assert helped.stats["attempts"] == mpnet._ATTEMPTS
+
+
+def test_a_fallback_that_finds_nothing_leaves_time_for_another_try(
+    c3d: Environment, net: Mpnet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planner = ready(c3d, net, "rrtconnect")
+    asked: list[float] = []
+
+    def hopeless(problem: Problem, budget: Budget) -> PlannerResult:
+        asked.append(budget.remaining())
+        return PlannerResult(Status.TIMEOUT)
+
+    monkeypatch.setattr(Expander, "next", lambda self, current, *others: current)
+    monkeypatch.setattr(planner._fallback, "solve", hopeless)
+    problem = next(
+        p
+        for p in c3d.sample_problems(50, 4)
+        if not c3d.collision_model().segment_is_free(p.start, p.goal)
+    )
+    result = planner.solve(problem, Budget(perf_counter() + 0.5))
+    assert result.status is Status.TIMEOUT
+    assert len(asked) > 3
+    assert max(asked) <= 0.1
 
 
 def test_ends_in_collision_or_outside_are_said_so(c3d: Environment, net: Mpnet) -> None:
