@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import islice
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from envs.problem import Array
+from envs.problem import Array, Problem
 
 
 class GridComponents:
@@ -79,3 +80,19 @@ def connected_pairs(
         keep &= (label > 0) & (label == components.label(goal))
         fruitless = 0 if keep.any() else fruitless + 1
         yield from zip(start[keep], goal[keep], strict=True)
+
+
+def connected_problems(
+    env: Demanding,
+    components: GridComponents,
+    rng: np.random.Generator,
+    n: int,
+    planner_seed: Callable[[int], int],
+) -> list[Problem]:
+    """The first `n` of `connected_pairs` as problems; fewer if no more are found.
+
+    Args:
+        planner_seed: index of a problem to its planner's seed.
+    """
+    pairs = islice(connected_pairs(env, components, rng), n)
+    return [Problem(a, b, index, planner_seed(index)) for index, (a, b) in enumerate(pairs)]

@@ -1,18 +1,79 @@
-"""Work spread over processes, for making data."""
+"""Data made in several processes, and kept on the way."""
 
 from __future__ import annotations
 
+import os
 import signal
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import islice
 from multiprocessing import get_context
+from pathlib import Path
+from time import monotonic
 from typing import Any, TypeVar
 
+import numpy as np
 import psutil
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+D = TypeVar("D", bound="Pieces")
+
+
+class Pieces:
+    """A frozen dataclass of arrays, each of which grows along its first axis."""
+
+    @property
+    def finished(self) -> int:
+        """How many items of work it holds the results of."""
+        raise NotImplementedError
+
+    def joined(self: D, others: Sequence[D]) -> D:
+        """These and others."""
+        parts = zip(*(vars(one).values() for one in (self, *others)), strict=True)
+        return type(self)(*(np.concatenate(part) for part in parts))
+
+
+def made_in_parallel(
+    make: Callable[..., Callable[[int], D]],
+    arguments: tuple[Any, ...],
+    items: int,
+    *,
+    none: D,
+    block: int,
+    kept: Path,
+    report: Callable[[float], None],
+) -> tuple[D, float]:
+    """The joined results of `make(*arguments)(item)` for all items from 0, see `in_parallel`.
+
+    Args:
+        none: the result of no items.
+        kept: a file in which results are kept, to go on from.
+        report: is told the share that is done.
+
+    Returns:
+        The results, and the seconds that they took, those in earlier calls included.
+    """
+    made, spent = _read(kept, none)
+    begin = monotonic()
+    for finished in in_parallel(make, arguments, range(made.finished, items), block):
+        made = made.joined(finished)
+        _write(kept, made, spent + monotonic() - begin)
+        report(made.finished / items)
+    return made, spent + monotonic() - begin
+
+
+def _read(kept: Path, none: D) -> tuple[D, float]:
+    if not kept.is_file():
+        return none, 0.0
+    with np.load(kept) as held:
+        return type(none)(*(held[name] for name in vars(none))), float(held["seconds"])
+
+
+def _write(kept: Path, made: Pieces, seconds: float) -> None:
+    part = kept.with_name(f"{os.getpid()}.part.{kept.name}")
+    np.savez(part, seconds=seconds, **vars(made))
+    part.replace(kept)
 
 
 def in_parallel(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from functools import cached_property
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from envs.base import Environment
 from envs.collision.distance import signed_distance_to_boxes
 from envs.collision.shapes import Box
 from envs.errors import InputError
-from envs.free_space import GridComponents, connected_pairs
+from envs.free_space import GridComponents, connected_problems
 from envs.problem import Array, Problem
 from envs.robots.point import PointRobot
 from envs.seeding import derived_seed, stream
@@ -73,15 +72,14 @@ class Cluttered3D(Environment):
         """Both ends uniform in free space, as `min_clearance` and `min_separation` demand, and
         proved to lie in one component of free space (see `GridComponents`)."""
         rng = stream("c3d problems", seed, self._scene)
-        pairs = list(islice(connected_pairs(self, self._components, rng), n))
-        if len(pairs) < n:
+        found = connected_problems(
+            self, self._components, rng, n, lambda index: derived_seed("c3d planner", seed, index)
+        )
+        if len(found) < n:
             raise InputError(
-                f"c3d: found only {len(pairs)} of {n} problems; ask for fewer boxes or problems"
+                f"c3d: found only {len(found)} of {n} problems; ask for fewer boxes or problems"
             )
-        return [
-            Problem(start, goal, index, derived_seed("c3d planner", seed, index))
-            for index, (start, goal) in enumerate(pairs)
-        ]
+        return found
 
     @cached_property
     def _components(self) -> GridComponents:

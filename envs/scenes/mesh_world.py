@@ -6,7 +6,6 @@ import hashlib
 import logging
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from envs.collision.fcl_model import Allowed
 from envs.collision.mesh import MeshQueries, lids
 from envs.collision.shapes import Mesh
 from envs.errors import InputError, suggestion
-from envs.free_space import GridComponents, connected_pairs
+from envs.free_space import GridComponents, connected_problems
 from envs.problem import Array, Problem
 from envs.robots.point import PointRobot
 from envs.scenes.mesh_file import FileMesh, read_mesh
@@ -160,16 +159,15 @@ class MeshWorld(Environment):
         """Both ends uniform in free space, as `min_clearance` and `min_separation` demand, and
         proved to lie in one component of free space (see `GridComponents`)."""
         rng = stream("mesh problems", seed)
-        pairs = list(islice(connected_pairs(self, self._components, rng), n))
-        if len(pairs) < n:
+        found = connected_problems(
+            self, self._components, rng, n, lambda index: derived_seed("mesh planner", seed, index)
+        )
+        if len(found) < n:
             raise InputError(
-                f"{self._name}: found only {len(pairs)} of {n} problems: the robot has too little "
+                f"{self._name}: found only {len(found)} of {n} problems: the robot has too little "
                 "room; make it smaller (robot_radius), or is it another kind of world?"
             )
-        return [
-            Problem(start, goal, index, derived_seed("mesh planner", seed, index))
-            for index, (start, goal) in enumerate(pairs)
-        ]
+        return found
 
     @cached_property
     def _components(self) -> GridComponents:

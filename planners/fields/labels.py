@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +13,7 @@ from envs import Environment
 from envs.seeding import stream
 from planners.fast_marching import SpeedGrid
 from planners.fields.sampling import PointSampler, Space
-from planners.parallel import in_parallel
+from planners.parallel import Pieces, made_in_parallel
 from planners.scale import Scale
 
 Single = NDArray[np.float32]
@@ -41,7 +39,7 @@ class LabelPlan:
 
 
 @dataclass(frozen=True)
-class Labels:
+class Labels(Pieces):
     """In the networks' space, float32: sources (s, d), goals (s, g, d), and the stretch (s, g),
     which is log(T / distance)."""
 
@@ -49,10 +47,15 @@ class Labels:
     goals: Single
     stretch: Single
 
-    def joined(self, others: Sequence[Labels]) -> Labels:
-        """These and others."""
-        parts = zip(*(vars(labels).values() for labels in (self, *others)), strict=True)
-        return Labels(*(np.concatenate(part) for part in parts))
+    @staticmethod
+    def none(dimension: int, goals: int) -> Labels:
+        """No labels yet."""
+        shapes = (0, dimension), (0, goals, dimension), (0, goals)
+        return Labels(*(np.empty(shape, dtype=np.float32) for shape in shapes))
+
+    @property
+    def finished(self) -> int:
+        return len(self.sources)
 
 
 def make_labels(
@@ -71,14 +74,15 @@ def make_labels(
     Returns:
         The labels, and the seconds that they took, those in earlier calls included.
     """
-    labels, spent = _read(kept, env.dimension, plan)
-    begin = monotonic()
-    open_sources = range(len(labels.sources), plan.sources)
-    for solved in in_parallel(_Solver, (env, plan, seed), open_sources, _BLOCK):
-        labels = labels.joined(solved)
-        _write(kept, labels, spent + monotonic() - begin)
-        report(len(labels.sources) / plan.sources)
-    return labels, spent + monotonic() - begin
+    return made_in_parallel(
+        _Solver,
+        (env, plan, seed),
+        plan.sources,
+        none=Labels.none(env.dimension, plan.goals),
+        block=_BLOCK,
+        kept=kept,
+        report=report,
+    )
 
 
 class _Solver:
@@ -104,17 +108,3 @@ class _Solver:
         stretch = np.log(grid.times_at(times, source, goals[far]) / distance[far])
         found = scale.shrink(source), scale.shrink(goals[far]), stretch
         return Labels(*(part.astype(np.float32)[None] for part in found))
-
-
-def _read(kept: Path, dimension: int, plan: LabelPlan) -> tuple[Labels, float]:
-    if not kept.is_file():
-        shapes = (0, dimension), (0, plan.goals, dimension), (0, plan.goals)
-        return Labels(*(np.empty(shape, dtype=np.float32) for shape in shapes)), 0.0
-    with np.load(kept) as held:
-        return Labels(*(held[part.name] for part in fields(Labels))), float(held["seconds"])
-
-
-def _write(kept: Path, labels: Labels, seconds: float) -> None:
-    part = kept.with_name(f"{os.getpid()}.part.{kept.name}")
-    np.savez(part, seconds=seconds, **vars(labels))
-    part.replace(kept)

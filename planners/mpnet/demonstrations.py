@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic, perf_counter
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from envs.problem import Array
 from envs.seeding import derived_seed, training_seed
 from planners.base import Budget, Planner, Status
 from planners.mpnet.contraction import contracted
-from planners.parallel import in_parallel
+from planners.parallel import Pieces, made_in_parallel
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,7 @@ class DemonstrationPlan:
 
 
 @dataclass(frozen=True)
-class Demonstrations:
+class Demonstrations(Pieces):
     """Paths after lazy vertex contraction, in the environments' unit.
 
     Attributes:
@@ -57,10 +56,9 @@ class Demonstrations:
         empty = np.zeros(0, dtype=np.int64)
         return Demonstrations(np.zeros((0, dimension)), empty, empty, empty)
 
-    def joined(self, others: Sequence[Demonstrations]) -> Demonstrations:
-        """These and others."""
-        parts = zip(*(vars(one).values() for one in (self, *others)), strict=True)
-        return Demonstrations(*(np.concatenate(part) for part in parts))
+    @property
+    def finished(self) -> int:
+        return len(self.tried)
 
 
 def make_demonstrations(
@@ -79,14 +77,15 @@ def make_demonstrations(
     Returns:
         The demonstrations, and the seconds that they took, those in earlier calls included.
     """
-    made, spent = _read(kept, scenes[0].dimension)
-    begin = monotonic()
-    left = range(len(made.tried), len(scenes))
-    for finished in in_parallel(_Demonstrator, (scenes, plan, seed), left, block=1):
-        made = made.joined(finished)
-        _write(kept, made, spent + monotonic() - begin)
-        report(len(made.tried) / len(scenes))
-    return made, spent + monotonic() - begin
+    return made_in_parallel(
+        _Demonstrator,
+        (scenes, plan, seed),
+        len(scenes),
+        none=Demonstrations.none(scenes[0].dimension),
+        block=1,
+        kept=kept,
+        report=report,
+    )
 
 
 def problems_of(scene: Environment, plan: DemonstrationPlan, seed: int) -> list[Problem]:
@@ -131,17 +130,3 @@ def _demonstrated(
     if not scene.contains(path).all() or model.min_clearance(path) <= model.tolerance:
         return None
     return contracted(list(path), model.segment_is_free)
-
-
-def _read(kept: Path, dimension: int) -> tuple[Demonstrations, float]:
-    if not kept.is_file():
-        return Demonstrations.none(dimension), 0.0
-    with np.load(kept) as held:
-        parts = {name: held[name] for name in held.files if name != "seconds"}
-        return Demonstrations(**parts), float(held["seconds"])
-
-
-def _write(kept: Path, made: Demonstrations, seconds: float) -> None:
-    part = kept.with_name(f"{os.getpid()}.part.{kept.name}")
-    np.savez(part, seconds=seconds, **vars(made))
-    part.replace(kept)

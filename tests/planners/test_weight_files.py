@@ -12,8 +12,10 @@ import pytest
 import safetensors.numpy
 
 import envs
+import planners
 from envs import Environment, InputError
 from planners import weight_files
+from planners.learned import LearnedPlanner
 from planners.weight_files import Manifest
 
 TENSORS = {"layer.weight": np.arange(6, dtype=np.float32).reshape(2, 3), "layer.bias": np.ones(2)}
@@ -191,15 +193,17 @@ def test_shipped_weights_are_whole_small_and_say_how_they_were_made() -> None:
     by_planner: dict[str, set[str]] = {}
     for file in files:
         described = json.loads(file.with_suffix(".json").read_text())
-        env = envs.make(described["env"])
-        _, read = weight_files.read(file, described["planner"], env.fingerprint)
-        assert file.name == weight_files.file_name(read.planner, env.fingerprint)
-        assert file.stat().st_size < 10**6
+        planner = planners.make(described["planner"])
+        assert isinstance(planner, LearnedPlanner)
+        domain = planner.domain(envs.make(described["env"]))
+        _, read = weight_files.read(file, described["planner"], domain)
+        assert file.name == weight_files.file_name(read.planner, domain)
+        assert file.stat().st_size < 2 * 10**6
         assert read.command.startswith(f"bench train --env {read.env} --planner {read.planner}")
         assert read.train_s > 0
         assert read.losses[-1][0] == 1
         if read.planner != "eikonet":  # which is here to show that it falls short
-            assert read.validation[-1][1] >= 0.97 * read.validation[-1][2]
+            assert read.validation[-1][1] >= 0.95 * read.validation[-1][2]
         by_planner.setdefault(read.planner, set()).add(read.env)
     eight = {"c3d", *(f"c3d:scene={i}" for i in range(1, 8))}
     assert by_planner["ntfields"] == eight
