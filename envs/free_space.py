@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from envs.errors import InputError
 from envs.problem import Array, Problem
 
 
@@ -88,11 +89,18 @@ def connected_problems(
     rng: np.random.Generator,
     n: int,
     planner_seed: Callable[[int], int],
+    advice: str,
 ) -> list[Problem]:
-    """The first `n` of `connected_pairs` as problems; fewer if no more are found.
+    """The first `n` of `connected_pairs` as problems.
 
     Args:
         planner_seed: index of a problem to its planner's seed.
+        advice: what to do if there are too few.
+
+    Raises:
+        InputError: there are fewer.
     """
-    pairs = islice(connected_pairs(env, components, rng), n)
+    pairs = list(islice(connected_pairs(env, components, rng), n))
+    if len(pairs) < n:
+        raise InputError(f"found only {len(pairs)} of {n} problems: {advice}")
     return [Problem(a, b, index, planner_seed(index)) for index, (a, b) in enumerate(pairs)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import islice
@@ -20,13 +21,13 @@ Result = TypeVar("Result")
 D = TypeVar("D", bound="Pieces")
 
 
-class Pieces:
+class Pieces(ABC):
     """A frozen dataclass of arrays, each of which grows along its first axis."""
 
     @property
+    @abstractmethod
     def finished(self) -> int:
         """How many items of work it holds the results of."""
-        raise NotImplementedError
 
     def joined(self: D, others: Sequence[D]) -> D:
         """These and others."""

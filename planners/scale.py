@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from envs import Environment
+from envs.collision.surface import SURFACE_POINTS, surface_points
 from envs.problem import Array
 
 
@@ -33,3 +34,8 @@ class Scale:
         """Configurations (..., d) in the environment's unit."""
         grown: Array = x * self.extent + self.middle
         return grown
+
+
+def cloud(env: Environment) -> Array:
+    """Surface points (n, 3) of an environment's obstacles, in the networks' space."""
+    return Scale.of(env).shrink(surface_points(env.obstacles, SURFACE_POINTS, seed=0))

@@ -23,7 +23,7 @@ from safetensors import SafetensorError
 from envs import InputError
 
 FORMAT = 1
-_MOST_BYTES = 64 * 2**20  # of weights; those of this project have under one MB
+_MOST_BYTES = 64 * 2**20  # of weights; those of this project have under two MB
 _MOST_MANIFEST_BYTES = 2**20
 
 Tensors = Mapping[str, NDArray[Any]]

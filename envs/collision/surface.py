@@ -10,6 +10,9 @@ import trimesh
 from envs.collision.shapes import Box, Obstacle
 from envs.problem import Array
 
+SURFACE_POINTS = 20_000
+"""How many learners look at, as in the paper."""
+
 
 def surface_points(obstacles: Sequence[Obstacle], n: int, seed: int) -> Array:
     """`n` points (n, 3), uniform by area over the obstacles' surfaces, in the workspace frame.

@@ -15,11 +15,9 @@ from envs.errors import InputError
 from envs.free_space import GridComponents, connected_problems
 from envs.problem import Array, Problem
 from envs.robots.point import PointRobot
+from envs.scenes import HALF_SIDE
 from envs.seeding import derived_seed, stream
 from envs.speed import SpeedModel
-
-HALF_SIDE = 10.0
-"""Half the side of the cube, in the paper's units."""
 
 FAMILY = (*range(8), *range(20_000, 20_024))
 """Scenes for learners that generalise: the paper's eight, and others that no table is about."""
@@ -72,14 +70,14 @@ class Cluttered3D(Environment):
         """Both ends uniform in free space, as `min_clearance` and `min_separation` demand, and
         proved to lie in one component of free space (see `GridComponents`)."""
         rng = stream("c3d problems", seed, self._scene)
-        found = connected_problems(
-            self, self._components, rng, n, lambda index: derived_seed("c3d planner", seed, index)
+        return connected_problems(
+            self,
+            self._components,
+            rng,
+            n,
+            lambda index: derived_seed("c3d planner", seed, index),
+            advice="ask for fewer boxes or problems",
         )
-        if len(found) < n:
-            raise InputError(
-                f"c3d: found only {len(found)} of {n} problems; ask for fewer boxes or problems"
-            )
-        return found
 
     @cached_property
     def _components(self) -> GridComponents:

@@ -29,11 +29,15 @@ class FileMesh:
         vertices: (n, 3), no two alike.
         faces: (m, 3), indices of vertices, none degenerate.
         dropped: degenerate faces that the file had besides.
+        closed: whether it is watertight, its faces wound alike.
+        outward: whether its faces are wound outward; means nothing unless closed.
     """
 
     vertices: Array
     faces: NDArray[np.int64]
     dropped: int
+    closed: bool
+    outward: bool
 
 
 def read_mesh(file: str | Path) -> FileMesh:
@@ -86,4 +90,6 @@ def _cleaned(mesh: trimesh.Trimesh, file: str | Path) -> FileMesh:
         np.asarray(mesh.vertices, dtype=np.float64),
         np.asarray(mesh.faces, dtype=np.int64),
         before - len(mesh.faces),
+        closed=bool(mesh.is_watertight and mesh.is_winding_consistent),
+        outward=bool(np.linalg.det(mesh.triangles).sum() > 0),  # six times the volume
     )

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from envs.base import Environment
 from envs.collision.fcl_model import Allowed
@@ -19,14 +18,12 @@ from envs.errors import InputError, suggestion
 from envs.free_space import GridComponents, connected_problems
 from envs.problem import Array, Problem
 from envs.robots.point import PointRobot
+from envs.scenes import HALF_SIDE
 from envs.scenes.mesh_file import FileMesh, read_mesh
 from envs.seeding import derived_seed, stream
 from envs.speed import SpeedModel
 
 logger = logging.getLogger(__name__)
-
-HALF_SIDE = 10.0
-"""Half the side of the cube, in the paper's units."""
 
 DEFAULT_RADIUS = 0.01
 """The robot's radius in the paper's units, if none is given: the paper's collision threshold."""
@@ -128,7 +125,7 @@ class MeshWorld(Environment):
     def _close(self, read: FileMesh) -> None:
         """Closes holes where there is an inside, and says what the world is like."""
         lid = None
-        if self.kind != "shell" and not _watertight(read):
+        if self.kind != "shell" and not read.closed:
             lid = lids(self._mesh, self._queries)
         self.obstacles = [self._mesh] if lid is None else [self._mesh, lid]
         whole = self._mesh if lid is None else self._mesh.joined(lid)
@@ -151,23 +148,24 @@ class MeshWorld(Environment):
     def clearance(self, q: Array) -> Array:
         points = self.configurations(q)
         distance = self._distance.distance(points)
-        if self.allowed is not None:
-            distance = np.where(self.allowed(points), distance, -distance)
+        allowed = self.allowed
+        if allowed is not None:
+            distance = np.where(allowed(points), distance, -distance)
         return distance - self._radius
 
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         """Both ends uniform in free space, as `min_clearance` and `min_separation` demand, and
         proved to lie in one component of free space (see `GridComponents`)."""
         rng = stream("mesh problems", seed)
-        found = connected_problems(
-            self, self._components, rng, n, lambda index: derived_seed("mesh planner", seed, index)
+        return connected_problems(
+            self,
+            self._components,
+            rng,
+            n,
+            lambda index: derived_seed("mesh planner", seed, index),
+            advice=f"in {self._name} the robot has too little room; make it smaller "
+            "(robot_radius), or is it another kind of world?",
         )
-        if len(found) < n:
-            raise InputError(
-                f"{self._name}: found only {len(found)} of {n} problems: the robot has too little "
-                "room; make it smaller (robot_radius), or is it another kind of world?"
-            )
-        return found
 
     @cached_property
     def _components(self) -> GridComponents:
@@ -187,16 +185,10 @@ class MeshWorld(Environment):
         }
 
 
-def _watertight(read: FileMesh) -> bool:
-    mesh = trimesh.Trimesh(read.vertices, read.faces, process=False)
-    return bool(mesh.is_watertight and mesh.is_winding_consistent)
-
-
 def _default_kind(read: FileMesh) -> str:
-    if not _watertight(read):
+    if not read.closed:
         return "shell"
-    outward = trimesh.Trimesh(read.vertices, read.faces, process=False).volume > 0
-    return "solid" if outward else "interior"
+    return "solid" if read.outward else "interior"
 
 
 def _fitted(vertices: Array, extent: float, scale: float, name: str) -> Transform:

@@ -9,7 +9,6 @@ import torch
 from torch import Tensor
 
 from envs import Environment, InputError
-from envs.collision.surface import surface_points
 from planners.fields.networks import FieldShape, TimeField
 from planners.fields.objectives import (
     LargestSubsolution,
@@ -19,9 +18,9 @@ from planners.fields.objectives import (
 )
 from planners.fields.paper import PaperField, PublishedPhysics
 from planners.fields.sampling import GroupPlan, NearSurfaces
-from planners.fields.workspace import SURFACE_POINTS, occupancy
+from planners.fields.workspace import occupancy
 from planners.learning import Method
-from planners.scale import Scale
+from planners.scale import cloud
 from planners.training import Recipe, Rollback
 
 
@@ -44,8 +43,7 @@ def published(env: Environment) -> PaperField:
 
 def occupancy_of(env: Environment) -> Tensor:
     """The voxel grid of an environment's obstacles, for a w-space encoder."""
-    points = surface_points(env.obstacles, SURFACE_POINTS, seed=0)
-    return occupancy(torch.from_numpy(Scale.of(env).shrink(points)).float())
+    return occupancy(torch.from_numpy(cloud(env)).float())
 
 
 UNIFORM_PAIRS = GroupPlan(groups=384, starts=1, goals=1, local_share=0.0, near=NearSurfaces(0.0))

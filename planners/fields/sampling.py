@@ -69,9 +69,9 @@ class GroupPlan:
     """How groups of points are drawn.
 
     A group is trained on all pairs of its starts and goals: more pairs for nearly the same cost, as
-    long as groups are small. Half of the groups lie in balls of
-    log-uniform radius round a point, so that near and far pairs count alike; the others spread
-    over the whole space. Lengths are in the networks' space.
+    long as groups are small. Half of the groups lie in balls of log-uniform radius round a point,
+    so that near and far pairs count alike; the others spread over the whole space. Lengths are in
+    the networks' space.
     """
 
     groups: int = 128

@@ -19,9 +19,6 @@ from planners.fields.activations import Activation, squareplus
 VOXELS = 128
 """Voxels per side of the grid."""
 
-SURFACE_POINTS = 20_000
-"""Surface points that fill it."""
-
 OFFSET = 0.0222
 """Distance of the six further points along the axes, in the networks' space."""
 

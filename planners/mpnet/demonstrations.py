@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 import planners
 from envs import Environment, Problem
+from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 from envs.seeding import derived_seed, training_seed
 from planners.base import Budget, Planner, Status
@@ -106,8 +107,10 @@ class _Demonstrator:
         scene, plan = self._scenes[index], self._plan
         planner = planners.make(plan.planner)
         planner.setup(scene, seed=derived_seed("mpnet demonstrator", self._seed, index))
+        model = scene.collision_model()
         tried = problems_of(scene, plan, self._seed)
-        paths = [path for p in tried if (path := _demonstrated(scene, planner, p, plan.seconds))]
+        shown = (_demonstrated(scene, model, planner, p, plan.seconds) for p in tried)
+        paths = [path for path in shown if path]
         lengths = np.array([len(path) for path in paths], dtype=np.int64)
         waypoints = [np.zeros((0, scene.dimension)), *(np.array(path) for path in paths)]
         return Demonstrations(
@@ -119,13 +122,12 @@ class _Demonstrator:
 
 
 def _demonstrated(
-    scene: Environment, planner: Planner, problem: Problem, seconds: float
+    scene: Environment, model: CollisionModel, planner: Planner, problem: Problem, seconds: float
 ) -> list[Array] | None:
     """A path that the judge's certified check proves free, or None."""
     result = planner.solve(problem, Budget(perf_counter() + seconds, stop_cost=0.0))
     if result.status is not Status.EXACT_SOLUTION:
         return None
-    model = scene.collision_model()
     path = np.asarray(result.path)
     if not scene.contains(path).all() or model.min_clearance(path) <= model.tolerance:
         return None

@@ -11,15 +11,11 @@ import torch
 from torch.nn import functional
 
 from envs import Environment, InputError
-from envs.collision.surface import surface_points
 from envs.problem import Array
 from planners.mpnet.demonstrations import DemonstrationPlan, Demonstrations, make_demonstrations
 from planners.mpnet.networks import Mpnet
-from planners.scale import Scale
+from planners.scale import Scale, cloud
 from planners.training import Batch, as_float32
-
-SURFACE_POINTS = 20_000
-"""Points of the obstacles' surface that are encoded when planning."""
 
 
 @dataclass
@@ -73,11 +69,6 @@ class Imitation:
         # In units of half a side, the networks' own.
         error = 2 * (net.planner(code, current, goal) - answer)
         return functional.mse_loss(error, torch.zeros_like(error))
-
-
-def cloud(env: Environment) -> Array:
-    """Surface points (n, 3) of an environment's obstacles, in the networks' space."""
-    return Scale.of(env).shrink(surface_points(env.obstacles, SURFACE_POINTS, seed=0))
 
 
 class _Paths:

@@ -20,10 +20,10 @@ from planners.base import Budget, PlannerResult, Status
 from planners.learned import LearnedPlanner, Trained, Training
 from planners.learning import Method, learn
 from planners.mpnet.expansion import Expander
-from planners.mpnet.imitation import Imitation, cloud
+from planners.mpnet.imitation import Imitation
 from planners.mpnet.networks import Mpnet, PlannerShape
 from planners.mpnet.search import Between, Search
-from planners.scale import Scale
+from planners.scale import Scale, cloud
 from planners.training import Recipe
 from planners.weight_files import Tensors
 

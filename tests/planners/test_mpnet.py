@@ -204,9 +204,11 @@ def ready(env: Environment, net: Mpnet, fallback: str = "") -> MpnetPlanner:
     return made
 
 
-def solved(planner: MpnetPlanner, problem: Problem, seconds: float) -> tuple[Status, object]:
-    result = planner.solve(problem, Budget(perf_counter() + seconds))
-    return result.status, result
+def blocked(env: Environment) -> Problem:
+    """A problem whose straight line is not free."""
+    model = env.collision_model()
+    problems = env.sample_problems(50, 4)
+    return next(p for p in problems if not model.segment_is_free(p.start, p.goal))
 
 
 def test_even_an_untrained_network_claims_only_free_paths(c3d: Environment, net: Mpnet) -> None:
@@ -241,11 +243,7 @@ def test_the_fallback_mends_what_the_network_cannot(
     c3d: Environment, net: Mpnet, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Expander, "next", lambda self, current, *others: current)
-    problem = next(
-        p
-        for p in c3d.sample_problems(50, 4)
-        if not c3d.collision_model().segment_is_free(p.start, p.goal)
-    )
+    problem = blocked(c3d)
     alone = ready(c3d, net).solve(problem, Budget(perf_counter() + 0.3))
     assert alone.status is Status.TIMEOUT
     helped = ready(c3d, net, "rrtconnect").solve(problem, Budget(perf_counter() + 3))
@@ -266,11 +264,7 @@ def test_a_fallback_that_finds_nothing_leaves_time_for_another_try(
 
     monkeypatch.setattr(Expander, "next", lambda self, current, *others: current)
     monkeypatch.setattr(planner._fallback, "solve", hopeless)
-    problem = next(
-        p
-        for p in c3d.sample_problems(50, 4)
-        if not c3d.collision_model().segment_is_free(p.start, p.goal)
-    )
+    problem = blocked(c3d)
     result = planner.solve(problem, Budget(perf_counter() + 0.5))
     assert result.status is Status.TIMEOUT
     assert len(asked) > 3
