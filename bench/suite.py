@@ -205,9 +205,12 @@ def _paper_rule(worlds: list[Environment]) -> str:
     which a default should not cost."""
     mpnet = planners.make("mpnet")
     assert isinstance(mpnet, LearnedPlanner)
-    if all(mpnet.weights_file(world) is not None for world in worlds):
+    if all(
+        mpnet.unsupported(world) is None and mpnet.weights_file(world) is not None
+        for world in worlds
+    ):
         return "match:mpnet"
-    logger.info("--stop paper: mpnet has no weights here, so fmm sets the length to match")
+    logger.info("--stop paper: mpnet is not ready here, so fmm sets the length to match")
     return "match:fmm"
 
 

@@ -16,9 +16,33 @@ REGISTRY: Registry[Environment] = Registry(
             "point robot in a 20-unit cube among random boxes (scene, boxes, robot_radius)",
         ),
         Spec(
+            "box",
+            "envs.scenes.boxes:SingleBox",
+            "point robot about one cube, the paper's box (side, robot_radius)",
+        ),
+        Spec(
+            "bunny",
+            "envs.scenes.bunny:Bunny",
+            "point robot about the Stanford bunny, fetched once (robot_radius)",
+        ),
+        Spec(
+            "gibson-generated",
+            "envs.scenes.generated_house:GeneratedHouse",
+            "point robot in a generated, furnished house, scanned with flaws (scene, robot_radius)",
+        ),
+        Spec(
+            "gibson",
+            "envs.scenes.gibson:Gibson",
+            "the same in a scene of the Gibson data set (root, scene, robot_radius); without a "
+            "root it is gibson-generated",
+            in_all=False,
+            without={"root": "gibson-generated"},
+        ),
+        Spec(
             "mesh",
             "envs.scenes.mesh_world:MeshWorld",
             "point robot about or within any triangle mesh (file, kind, robot_radius, scale)",
+            in_all=False,
         ),
     ],
     entry_point_group="bench.envs",

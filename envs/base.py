@@ -38,12 +38,23 @@ class Environment(ABC):
         """d, the number of coordinates of a configuration."""
         return len(self.lower)
 
+    @property
+    def free_bounds(self) -> tuple[Array, Array]:
+        """Corners (d,) of a box within the bounds that holds all of free space: by default the
+        bounds themselves. Samplers need not look elsewhere."""
+        return self.lower, self.upper
+
     @abstractmethod
     def clearance(self, q: Array) -> Array:
         """Signed distance (n,) from the robot at configurations (n, d) to the obstacles.
 
         In workspace units: exact in free space, negative in collision.
         """
+
+    def rough_clearance(self, q: Array) -> Array:
+        """`clearance` for learning, which asks for millions: where that is slow it may be off by
+        a small share of the speed model's d_max, and the first call may take a while."""
+        return self.clearance(q)
 
     @abstractmethod
     def sample_problems(self, n: int, seed: int) -> list[Problem]:

@@ -63,6 +63,9 @@ class Demanding(Protocol):
     min_clearance: float
     min_separation: float
 
+    @property
+    def free_bounds(self) -> tuple[Array, Array]: ...
+
     def clearance(self, q: Array) -> Array: ...
 
 
@@ -73,12 +76,13 @@ def connected_pairs(
     component. Ends when a hundred thousand pairs in a row are refused."""
     fruitless = 0
     while fruitless < 100:
-        start, goal = rng.uniform(env.lower, env.upper, (2, 1024, len(env.lower)))
+        start, goal = rng.uniform(*env.free_bounds, (2, 1024, len(env.lower)))
         keep = np.linalg.norm(goal - start, axis=1) >= env.min_separation
-        keep &= env.clearance(start) >= env.min_clearance
-        keep &= env.clearance(goal) >= env.min_clearance
         label = components.label(start)
         keep &= (label > 0) & (label == components.label(goal))
+        left = np.flatnonzero(keep)  # clearances are asked last, as they may take long
+        for end in (start, goal):
+            keep[left] &= env.clearance(end[left]) >= env.min_clearance
         fruitless = 0 if keep.any() else fruitless + 1
         yield from zip(start[keep], goal[keep], strict=True)
 

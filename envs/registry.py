@@ -26,7 +26,9 @@ class Spec:
     """How something is made: `entry_point` is "module:Class", called with `arguments`.
 
     `version` rises whenever results would no longer compare with earlier ones. `groups` are names
-    under which several are chosen together ("paper"); "all" has those with `in_all`.
+    under which several are chosen together ("paper"); "all" has those with `in_all`. `without`
+    maps an argument to the id of the spec that is meant where the argument is not given: a stand-in
+    under its own name.
     """
 
     id: str
@@ -37,6 +39,7 @@ class Spec:
     aliases: tuple[str, ...] = ()
     groups: tuple[str, ...] = ()
     in_all: bool = True
+    without: Mapping[str, str] = field(default_factory=dict)
 
     def load(self) -> type:
         """The class.
@@ -155,15 +158,17 @@ class Registry(Generic[T]):
             groups = {group for spec in self.specs() for group in spec.groups}
             raise UnknownNameError(self.kind, name, [*names, *groups, "all"])
         spec = names[name]
-        chosen: dict[str, str] = {}
-        for item in filter(None, rest.split(",")):
-            key, equals, value = item.partition("=")
-            if not (equals and key and value):
-                raise InputError(f"{text!r}: {item!r} is not of the form key=value")
-            if key in chosen:
-                raise InputError(f"{text!r}: {key!r} is given twice")
-            chosen[key] = value
+        chosen = _arguments(text, rest)
+        for key, stand_in in spec.without.items():
+            if key not in chosen:
+                return self._of_stand_in(names[stand_in], chosen, f"{name} without {key}=")
         return Entry(spec, _typed_arguments(spec, chosen))
+
+    def _of_stand_in(self, spec: Spec, chosen: Mapping[str, str], meant: str) -> Entry[T]:
+        try:
+            return Entry(spec, _typed_arguments(spec, chosen))
+        except InputError as error:
+            raise InputError(f"{error} ({meant} is {spec.id})") from error
 
     def make(self, text: str) -> T:
         """A new instance of what `text` names. See `entry`."""
@@ -187,6 +192,19 @@ class Registry(Generic[T]):
             self.register(spec)
         except Exception as error:  # noqa: BLE001  a stranger's package may fail in any way
             logger.warning("%s plug-in %r is skipped: %s", self.kind, point.name, error)
+
+
+def _arguments(text: str, rest: str) -> dict[str, str]:
+    """The keys and values of "key=value,..."; `text` is the whole, for messages."""
+    chosen: dict[str, str] = {}
+    for item in filter(None, rest.split(",")):
+        key, equals, value = item.partition("=")
+        if not (equals and key and value):
+            raise InputError(f"{text!r}: {item!r} is not of the form key=value")
+        if key in chosen:
+            raise InputError(f"{text!r}: {key!r} is given twice")
+        chosen[key] = value
+    return chosen
 
 
 def split_entries(text: str) -> list[str]:
@@ -241,5 +259,5 @@ def _typed(text: str, hint: Any, what: str) -> Any:
         if hint is int:
             return int(text)
     except (ValueError, KeyError):
-        raise InputError(f"{what}={text}: {text!r} is not a {hint.__name__}") from None
+        raise InputError(f"{what}={text}: {text!r} is not of type {hint.__name__}") from None
     return text

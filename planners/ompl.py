@@ -12,6 +12,7 @@ import numpy as np
 
 from envs import Environment, InputError, Problem
 from envs.collision.fcl_model import CollisionModel
+from envs.collision.shapes import Mesh
 from envs.errors import suggestion
 from envs.problem import Array
 from envs.seeding import training_seed
@@ -19,6 +20,11 @@ from planners import ompl_import
 from planners.base import Budget, Planner, PlannerResult, Status
 
 _ROADMAPS = ("PRMstar", "LazyPRMstar")
+
+PAPERS = -1.0
+"""Stands for the seconds of growing a roadmap that the paper's tables have: it plans with one
+where obstacles are meshes (Gibson), by LazyPRM*, and without one elsewhere."""
+_PAPERS_ROADMAP_S = 20.0
 
 _LEAD_S = 0.01
 _LEAD_SHARE = {"LazyPRMstar": 0.05, "AITstar": 0.1, "BITstar": 0.2}
@@ -46,7 +52,7 @@ class OmplPlanner(Planner):
         algorithm: the class in `ompl.geometric`.
         simplify: shorten and smooth the path with OMPL's PathSimplifier, on the clock.
         roadmap_s: seconds of growing a roadmap offline, which is then kept (and goes on growing)
-            from problem to problem. 0 plans every problem from nothing.
+            from problem to problem. 0 plans every problem from nothing. By default see `PAPERS`.
         parameters: of the OMPL planner, by OMPL's names ("range", "goal_bias", ...).
 
     Raises:
@@ -58,12 +64,12 @@ class OmplPlanner(Planner):
         algorithm: str,
         *,
         simplify: bool = False,
-        roadmap_s: float = 0.0,
+        roadmap_s: float = PAPERS,
         **parameters: Any,
     ) -> None:
-        if not 0 <= roadmap_s < math.inf:
+        if not 0 <= roadmap_s < math.inf and roadmap_s != PAPERS:
             raise InputError(f"roadmap_s must be at least 0 and finite, not {roadmap_s}")
-        if roadmap_s and algorithm not in _ROADMAPS:
+        if roadmap_s > 0 and algorithm not in _ROADMAPS:
             raise InputError(f"{algorithm} keeps no roadmap; roadmap_s is for PRM* and LazyPRM*")
         self._algorithm = algorithm
         self._simplify = simplify
@@ -99,11 +105,18 @@ class OmplPlanner(Planner):
         self._si.setup()
         # One for all problems: a planner that is kept looks only at the first it was given.
         self._objective = base.PathLengthOptimizationObjective(self._si)
-        if self._roadmap_s:
+        seconds = self._roadmap_seconds(env)
+        if seconds:
             util.RNG.setSeed(seed)
             self._kept = self._make(self._si)
             [problem] = env.sample_problems(1, training_seed("ompl roadmap", seed))
-            self._run(self._kept, problem, self._roadmap_s, stop_cost=0.0)
+            self._run(self._kept, problem, seconds, stop_cost=0.0)
+
+    def _roadmap_seconds(self, env: Environment) -> float:
+        if self._roadmap_s != PAPERS:
+            return self._roadmap_s
+        among_meshes = any(isinstance(obstacle, Mesh) for obstacle in env.obstacles)
+        return _PAPERS_ROADMAP_S if self._algorithm == "LazyPRMstar" and among_meshes else 0.0
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         _, geometric, util = _ompl()

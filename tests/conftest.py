@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,12 @@ from planners import parallel
 
 Cli = Callable[..., tuple[int, str, str]]
 Refused = Callable[..., str]
+
+
+def has_data(name: str) -> bool:
+    """Whether the folder of real meshes, which tests do without, is there and has a file."""
+    folder = os.environ.get("BENCH_DATA")
+    return bool(folder) and (Path(folder) / name).is_file()
 
 
 def records_of(folder: Path) -> pd.DataFrame:

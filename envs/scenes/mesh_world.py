@@ -10,23 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from envs.base import Environment
+from envs.collision.distance_grid import ClearanceGrid
 from envs.collision.fcl_model import Allowed
 from envs.collision.mesh import MeshQueries, lids
 from envs.collision.shapes import Mesh
 from envs.errors import InputError, suggestion
-from envs.free_space import GridComponents, connected_problems
-from envs.problem import Array, Problem
-from envs.robots.point import PointRobot
+from envs.problem import Array
 from envs.scenes import HALF_SIDE
 from envs.scenes.mesh_file import FileMesh, read_mesh
-from envs.seeding import derived_seed, stream
+from envs.scenes.point_world import PointWorld
 from envs.speed import SpeedModel
 
 logger = logging.getLogger(__name__)
 
 DEFAULT_RADIUS = 0.01
 """The robot's radius in the paper's units, if none is given: the paper's collision threshold."""
+
+
+ROUGH = 0.08
+"""The error of clearances for learning, by the speed model's d_max."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class Kind:
 
 KINDS = {
     "solid": Kind(12.0, SpeedModel(d_min=0.2, d_max=2.0)),
-    "interior": Kind(20.0, SpeedModel(d_min=1.0 / 7, d_max=1.0)),
+    "interior": Kind(20.0, SpeedModel(d_min=1.0 / 7, d_max=1.0, contact=0.02)),
     "shell": Kind(12.0, SpeedModel(d_min=0.2, d_max=2.0)),
 }
 
@@ -67,7 +69,7 @@ class Transform:
         return back
 
 
-class MeshWorld(Environment):
+class MeshWorld(PointWorld):
     """A sphere-shaped robot that translates in a cube of side 20 centred at the origin.
 
     The mesh is centred and scaled into the cube, see `transform`. `kind` says what it means:
@@ -94,7 +96,11 @@ class MeshWorld(Environment):
     """
 
     min_clearance = 0.2
-    min_separation = 4.0
+    kind_of_problems = "mesh"
+    advice = (
+        "the robot has too little room; make it smaller (robot_radius), or is it another kind of "
+        "world?"
+    )
 
     def __init__(
         self, file: str = "", kind: str = "", robot_radius: float = 0.0, scale: float = 0.0
@@ -110,14 +116,12 @@ class MeshWorld(Environment):
     ) -> None:
         self._name = name
         self.kind = kind or _default_kind(read)
-        self.lower, self.upper = np.full(3, -HALF_SIDE), np.full(3, HALF_SIDE)
-        self.speed_model = KINDS[self.kind].speed
         self.transform = _fitted(read.vertices, KINDS[self.kind].extent, scale, name)
         if not 0 <= robot_radius * self.transform.scale <= HALF_SIDE / 2:
             most = HALF_SIDE / 2 / self.transform.scale
             raise InputError(f"{name}: robot_radius must be between 0 and {most:.3g} mesh units")
-        self._radius = robot_radius * self.transform.scale or DEFAULT_RADIUS
-        self.robot = PointRobot(self._radius)
+        radius = robot_radius * self.transform.scale or DEFAULT_RADIUS
+        super().__init__(radius, KINDS[self.kind].speed)
         self._mesh = Mesh(self.transform.to_world(read.vertices), read.faces)
         self._queries = MeshQueries(self._mesh)
         self._close(read)
@@ -145,31 +149,31 @@ class MeshWorld(Environment):
         wanted = self.kind == "interior"
         return lambda q: self._queries.is_inside(q) == wanted
 
+    def rough_clearance(self, q: Array) -> Array:
+        """Off by at most `ROUGH` d_max, see `ClearanceGrid`."""
+        return self._grid(self.configurations(q))
+
+    @cached_property
+    def _grid(self) -> ClearanceGrid:
+        spacing = ROUGH * self.speed_model.d_max * 2 / np.sqrt(self.dimension)
+        return ClearanceGrid(self.clearance, *self.free_bounds, spacing)
+
+    @property
+    def free_bounds(self) -> tuple[Array, Array]:
+        if self.kind != "interior":
+            return self.lower, self.upper
+        corners = self._mesh.vertices
+        return np.maximum(corners.min(axis=0), self.lower), np.minimum(
+            corners.max(axis=0), self.upper
+        )
+
     def clearance(self, q: Array) -> Array:
         points = self.configurations(q)
         distance = self._distance.distance(points)
         allowed = self.allowed
         if allowed is not None:
             distance = np.where(allowed(points), distance, -distance)
-        return distance - self._radius
-
-    def sample_problems(self, n: int, seed: int) -> list[Problem]:
-        """Both ends uniform in free space, as `min_clearance` and `min_separation` demand, and
-        proved to lie in one component of free space (see `GridComponents`)."""
-        rng = stream("mesh problems", seed)
-        return connected_problems(
-            self,
-            self._components,
-            rng,
-            n,
-            lambda index: derived_seed("mesh planner", seed, index),
-            advice=f"in {self._name} the robot has too little room; make it smaller "
-            "(robot_radius), or is it another kind of world?",
-        )
-
-    @cached_property
-    def _components(self) -> GridComponents:
-        return GridComponents(self.clearance, self.lower, self.upper)
+        return distance - self.robot.radius
 
     def definition(self) -> dict[str, Any]:
         return {
@@ -178,10 +182,7 @@ class MeshWorld(Environment):
             "mesh": _digest(self._mesh),
             "kind": self.kind,
             "transform": [self.transform.scale, self.transform.offset.tolist()],
-            "bounds": [self.lower.tolist(), self.upper.tolist()],
-            "robot_radius": self._radius,
-            "speed": [self.speed_model.d_min, self.speed_model.d_max, self.speed_model.s_const],
-            "problems": [self.min_clearance, self.min_separation],
+            **self.point_definition(),
         }
 
 

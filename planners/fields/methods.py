@@ -20,8 +20,12 @@ from planners.fields.paper import PaperField, PublishedPhysics
 from planners.fields.sampling import GroupPlan, NearSurfaces
 from planners.fields.workspace import occupancy
 from planners.learning import Method
-from planners.scale import cloud
+from planners.scale import Scale, cloud
 from planners.training import Recipe, Rollback
+
+_BANDWIDTH = 0.07
+"""Standard deviation of Fourier frequencies, in periods per d_max of the speed model, which is
+the length over which speeds change."""
 
 
 def small(**shape: Any) -> Callable[[Environment], TimeField]:
@@ -29,8 +33,8 @@ def small(**shape: Any) -> Callable[[Environment], TimeField]:
 
     def network(env: Environment) -> TimeField:
         model = env.speed_model
-        ratio = model.d_max / model.d_min
-        made = FieldShape(env.dimension, speed_ratio=ratio, **shape)
+        bandwidth = _BANDWIDTH * Scale.of(env).extent / model.d_max
+        made = FieldShape(env.dimension, speed_ratio=model.ratio, bandwidth=bandwidth, **shape)
         return TimeField(made, occupancy_of(env) if made.workspace else None)
 
     return network

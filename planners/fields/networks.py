@@ -1,8 +1,8 @@
 """The networks of time fields, with their derivatives by the configurations written out.
 
 A network maps a pair of configurations to the stretch c = log(T / |qs - qg|) = -log tau, which is
-bounded: the speed is at most 1 and at least d_min / d_max, so 1 <= T / |qs - qg|, and detours aside
-T / |qs - qg| <= d_max / d_min.
+bounded: the speed is between 1 and 1 / ratio, so 1 <= T / |qs - qg|, and detours aside
+T / |qs - qg| <= ratio.
 
 The Jacobian of each configuration's features is carried forward through the encoder, d columns
 at once, and the generator's derivative by its features is written as an explicit reverse pass.
@@ -33,7 +33,7 @@ class FieldShape:
         frequencies: number of random Fourier features.
         bandwidth: standard deviation of their frequencies, in periods per side of the space.
         width: of all hidden layers, and half of the number of features of a configuration.
-        speed_ratio: d_max / d_min, which bounds the stretch.
+        speed_ratio: the highest speed by the lowest, which bounds the stretch.
         operator: how two configurations' features are combined, see `OPERATORS`.
         bounded: whether the stretch is bounded.
         workspace: whether there is a w-space encoder.

@@ -20,27 +20,27 @@ class NearSurfaces:
 
     Attributes:
         share: of all points.
-        nearest, farthest: clearances, in the networks' space.
+        nearest, farthest: clearances, by d_max of the speed model.
     """
 
     share: float = 0.3
-    nearest: float = -0.01
-    farthest: float = 0.09
+    nearest: float = -0.1
+    farthest: float = 0.9
 
     def holds(self, clearance: Array) -> NDArray[np.bool_]:
-        """Which clearances are near, in their shape."""
+        """Which clearances, by d_max, are near, in their shape."""
         near: NDArray[np.bool_] = (clearance > self.nearest) & (clearance < self.farthest)
         return near
 
 
 @dataclass(frozen=True)
 class Space:
-    """What samplers see of an environment, in the networks' space and unit.
+    """What samplers see of an environment.
 
     Attributes:
-        lower, upper: (d,) bounds.
-        clearance: (n, d) -> (n,).
-        speed: clearances of any shape to speeds in 0..1.
+        lower, upper: (d,) corners of what holds all of free space, in the networks' space.
+        clearance: (n, d) in the networks' space -> (n,), by d_max of the speed model.
+        speed: clearances of any shape, by d_max, to speeds in 0..1.
     """
 
     lower: Array
@@ -52,15 +52,17 @@ class Space:
     def of(env: Environment) -> Space:
         """That of an environment."""
         scale = Scale.of(env)
+        d_max = env.speed_model.d_max
+        lower, upper = (scale.shrink(corner) for corner in env.free_bounds)
         return Space(
-            scale.shrink(env.lower),
-            scale.shrink(env.upper),
-            lambda x: env.clearance(scale.grow(x)) / scale.extent,
-            lambda clearance: env.speed_model(clearance * scale.extent),
+            lower,
+            upper,
+            lambda x: env.rough_clearance(scale.grow(x)) / d_max,
+            lambda clearance: env.speed_model(clearance * d_max),
         )
 
     def uniform(self, rng: np.random.Generator, *shape: int) -> Array:
-        """Points (*shape, d) anywhere within the bounds."""
+        """Points (*shape, d) anywhere between the corners."""
         return rng.uniform(self.lower, self.upper, (*shape, len(self.lower)))
 
 
@@ -80,7 +82,7 @@ class GroupPlan:
     local_share: float = 0.5
     least_radius: float = 0.01
     greatest_radius: float = 0.5
-    near: NearSurfaces = NearSurfaces(0.5, farthest=0.11)
+    near: NearSurfaces = NearSurfaces(0.5, farthest=1.1)
     candidates: int = 3
     """Further points drawn for each, among which those near a surface are sought."""
 

@@ -71,6 +71,8 @@ class MpnetPlanner(LearnedPlanner):
         self._fallback = planners.make(fallback) if fallback else None
 
     def unsupported(self, env: Environment) -> str | None:
+        if len(env.family()) < 2:
+            return "it learns from demonstrations in many scenes, and this one has no family"
         if self._fallback is not None:
             return self._fallback.unsupported(env)
         return None

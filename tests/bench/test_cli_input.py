@@ -23,7 +23,7 @@ def run(*more: object) -> tuple[object, ...]:
         (("run", "--env", "c3d", "--planners", "fmn"), "'fmm'"),
         (("run", "--env", "c3d", "--planners", "papr"), "did you mean 'paper'"),
         (("run", "--env", "c3d:scen=1", "--planners", "fmm"), "did you mean 'scene'?"),
-        (("run", "--env", "c3d:scene=x", "--planners", "fmm"), "not a int"),
+        (("run", "--env", "c3d:scene=x", "--planners", "fmm"), "not of type int"),
         (("run", "--env", "c3d", "--planners", "rrtstar:goal_bais=0.1"), "'goal_bias'"),
         (("run", "--env", "c3d", "--planners", "fmm:resolution=0"), "resolution"),
         (("run", "--planners", "fmm"), "--env"),

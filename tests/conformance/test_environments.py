@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from conftest import has_data
 
 import envs
 from envs import Environment
@@ -17,11 +18,19 @@ IDS = [spec.id for spec in envs.REGISTRY.specs()]
 @pytest.fixture(params=IDS, scope="module")
 def entry(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> str:
     """A text that names an environment: a spec's id, with a file where it needs one."""
-    if request.param != "mesh":
-        return str(request.param)
-    file = tmp_path_factory.mktemp("mesh") / "ring.ply"
-    trimesh.creation.torus(2.0, 0.8).export(file)
-    return f"mesh:file={file}"
+    folder = tmp_path_factory.mktemp("mesh")
+    if request.param == "mesh":
+        trimesh.creation.torus(2.0, 0.8).export(folder / "ring.ply")
+        return f"mesh:file={folder / 'ring.ply'}"
+    if request.param == "gibson":
+        (folder / "Room").mkdir()
+        room = trimesh.creation.box((8.0, 6.0, 5.0))
+        room.invert()
+        room.export(folder / "Room" / "mesh_z_up.obj")
+        return f"gibson:root={folder},scene=Room"
+    if request.param == "bunny" and not has_data("bunny/bunny.ply"):
+        pytest.skip("BENCH_DATA has no bunny")
+    return str(request.param)
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from conftest import has_data
 
 import envs
 from envs import InputError
@@ -210,11 +211,10 @@ ROOMS = ("office_small", "office_large", "meeting_room")
 
 @pytest.mark.parametrize("name", ROOMS)
 def test_real_rooms(name: str) -> None:
-    data = os.environ.get("BENCH_DATA")
-    file = Path(data or "") / "rooms" / f"{name}_zup.ply"
-    if not data or not file.is_file():
+    file = f"rooms/{name}_zup.ply"
+    if not has_data(file):
         pytest.skip("BENCH_DATA has no rooms")
-    world = MeshWorld(str(file), robot_radius=0.15)
+    world = MeshWorld(str(Path(os.environ["BENCH_DATA"]) / file), robot_radius=0.15)
     assert world.kind == "interior"
     q = np.random.default_rng(0).uniform(-10, 10, (500, 3))
     clearance = world.clearance(q)

@@ -1,0 +1,68 @@
+"""Worlds made of axis-aligned boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from envs.collision.distance import signed_distance_to_boxes
+from envs.collision.shapes import Box
+from envs.errors import InputError
+from envs.problem import Array
+from envs.scenes import HALF_SIDE
+from envs.scenes.point_world import PointWorld
+from envs.speed import SpeedModel
+
+
+class BoxWorld(PointWorld):
+    """A point robot among solid boxes, which may overlap.
+
+    Raises:
+        InputError: the robot's radius is out of range.
+    """
+
+    min_clearance = 0.4
+
+    def __init__(self, boxes: Sequence[Box], robot_radius: float) -> None:
+        if not 0 <= robot_radius <= 2:
+            raise InputError(f"robot_radius must be between 0 and 2, not {robot_radius}")
+        super().__init__(robot_radius, SpeedModel(d_min=0.2, d_max=2.0))
+        self.obstacles = self._boxes = list(boxes)
+
+    def clearance(self, q: Array) -> Array:
+        points = self.configurations(q)
+        return signed_distance_to_boxes(points, self._boxes) - self.robot.radius
+
+    def boxes_definition(self) -> list[list[float]]:
+        """Centres and sides, for `definition`."""
+        return [[*box.center.tolist(), *box.sides.tolist()] for box in self._boxes]
+
+
+class SingleBox(BoxWorld):
+    """The paper's box: one solid cube in the middle.
+
+    Args:
+        side: of the box.
+        robot_radius: see `Cluttered3D`.
+
+    Raises:
+        InputError: an argument is out of range.
+    """
+
+    kind_of_problems = "box"
+    advice = "make the box smaller (side)"
+
+    def __init__(self, side: float = 8.0, robot_radius: float = 0.01) -> None:
+        if not 0 < side <= 1.8 * HALF_SIDE:
+            raise InputError(f"box: side must be above 0 and at most {1.8 * HALF_SIDE}, not {side}")
+        super().__init__([Box(np.zeros(3), np.full(3, side))], robot_radius)
+
+    def definition(self) -> dict[str, Any]:
+        return {
+            "class": "SingleBox",
+            "version": 1,
+            "boxes": self.boxes_definition(),
+            **self.point_definition(),
+        }
