@@ -57,8 +57,7 @@ def read_mesh(file: str | Path) -> FileMesh:
         raise InputError(f"{file} is empty")
     mesh = _parsed(path)
     if len(mesh.faces) == 0:
-        points = " (a cloud of points has to be meshed first)" if len(mesh.vertices) else ""
-        raise InputError(f"{file} holds no faces{points}")
+        raise InputError(f"{file} holds no faces; a cloud of points has to be meshed first")
     if len(mesh.faces) > MOST_FACES:
         raise InputError(f"{file} has {len(mesh.faces)} faces, more than {MOST_FACES}: simplify it")
     if not np.isfinite(mesh.vertices).all():

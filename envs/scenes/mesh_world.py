@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import logging
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -140,7 +140,7 @@ class MeshWorld(PointWorld):
         if lid is not None:
             said.append(f"holes closed with {len(lid.faces)} more")
         said.append(f"1 mesh unit is {self.transform.scale:.4g} world units")
-        logger.info(", ".join(said))
+        _tell(", ".join(said))
 
     @property
     def allowed(self) -> Allowed | None:
@@ -184,6 +184,12 @@ class MeshWorld(PointWorld):
             "transform": [self.transform.scale, self.transform.offset.tolist()],
             **self.point_definition(),
         }
+
+
+@cache
+def _tell(message: str) -> None:
+    """Says it once in a process, however often the same world is made."""
+    logger.info(message)
 
 
 def _default_kind(read: FileMesh) -> str:

@@ -83,6 +83,14 @@ def test_speed_model_of_the_paper() -> None:
     assert speed(at) == pytest.approx([0.1, 0.1, 0.1, 0.5, 1, 1])
 
 
+def test_speeds_go_on_falling_to_that_at_contact() -> None:
+    speed = SpeedModel(d_min=0.2, d_max=2.0, contact=0.001)
+    at = np.array([-1, 0, 0.1, 0.2, 1, 2, 5])
+    assert speed(at) == pytest.approx([0.001, 0.001, 0.01, 0.1, 0.5, 1, 1])
+    assert speed.ratio == pytest.approx(1000)
+    assert SpeedModel(d_min=0.2, d_max=2.0).ratio == pytest.approx(10)
+
+
 def test_speed_of_c3d(c3d: Environment) -> None:
     q = np.random.default_rng(2).uniform(-10, 10, (1000, 3))
     assert c3d.speed(q) == pytest.approx(np.clip(c3d.clearance(q), 0.2, 2) / 2)

@@ -38,6 +38,7 @@ def registry() -> Registry[Thing]:
         [
             Spec("thing", f"{here}:Thing", "a thing", {"fixed": "f"}, aliases=("th*",)),
             Spec("other", f"{here}:Thing", "another", {"fixed": "g"}, groups=("few",)),
+            Spec("real", f"{here}:Thing", "one", in_all=False, without={"name": "other"}),
             Spec("any", f"{here}:Anything", "takes anything"),
             Spec("broken", "no.such.module:Thing", "cannot be imported"),
         ],
@@ -54,6 +55,15 @@ def test_the_canonical_id_leaves_defaults_out_and_sorts() -> None:
     entry = registry().entry("th*:size=2,ratio=0.5,fast=1,name=x")
     assert entry.id == "thing:fast=True,size=2"
     assert registry().entry("thing:size=1").id == "thing"
+
+
+def test_a_stand_in_has_its_own_name() -> None:
+    assert registry().entry("real:name=q,size=2").id == "real:name=q,size=2"
+    assert registry().entry("real").id == "other"
+    assert registry().entry("real:size=2").id == "other:size=2"
+    assert [e.id for e in registry().entries("real,other,real:name=q")] == ["other", "real:name=q"]
+    with pytest.raises(InputError, match=r"did you mean 'size'.*real without name= is other"):
+        registry().entry("real:sice=2")
 
 
 @given(
@@ -78,8 +88,8 @@ def test_canonical_ids_name_the_same_entry(size: int, ratio: float, fast: bool, 
         ("thing:sice=3", "did you mean 'size'"),
         ("thing:fixed=3", "no argument 'fixed'"),
         ("any2", "did you mean 'any'"),
-        ("thing:size=3.5", "not a int"),
-        ("thing:ratio=nan", "not a float"),
+        ("thing:size=3.5", "not of type int"),
+        ("thing:ratio=nan", "not of type float"),
         ("thing:fast=maybe", "not of type bool"),
         ("thing:size", "key=value"),
         ("thing:=3", "key=value"),
@@ -154,7 +164,7 @@ def test_plugins_are_read_and_broken_ones_are_named_and_skipped(
     )
     with caplog.at_level(logging.WARNING):
         ids = [spec.id for spec in registry().specs()]
-    assert ids == ["thing", "other", "any", "broken", "plugged-in"]
+    assert ids == ["thing", "other", "real", "any", "broken", "plugged-in"]
     assert "'bad' is skipped" in caplog.text
     assert "'odd' is skipped" in caplog.text
 
