@@ -88,7 +88,8 @@ def show(chosen: argparse.Namespace) -> int:
     """`bench show`."""
     from bench.report import scene  # matplotlib takes a second, which only this command needs
 
-    world = envs.make(chosen.env)
+    env = envs.REGISTRY.entry(chosen.env)
+    world = env.make()
     shown = None
     if chosen.paths is not None:
         with Store(chosen.paths, create=False) as store:
@@ -97,7 +98,7 @@ def show(chosen: argparse.Namespace) -> int:
             wanted = [entry.id for entry in planners.REGISTRY.entries(chosen.planners)]
             records = records[records["planner"].isin(wanted)]
         shown = scene.paths_of_problem(records, world.fingerprint, chosen.problem)
-    scene.draw(world, shown, chosen.out)
+    scene.draw(world, env.id, shown, chosen.out)
     return DONE
 
 

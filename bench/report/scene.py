@@ -12,6 +12,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from numpy.typing import NDArray
 
 from bench.record import Verdict, decode_path
 from envs import Environment, InputError
@@ -35,6 +36,26 @@ _OTHER_COLOURS = (
 
 
 _GREY = (0.62, 0.63, 0.68)
+_FREE_SIDE = 1e-2  # how far from a face its free side is looked for, in workspace units
+_ABOVE_PATHS = 1.0  # where a building is cut off, in workspace units
+
+
+@dataclass(frozen=True)
+class _View:
+    """How a scene is looked at: angles in degrees, and the opacity of obstacles."""
+
+    elevation: float
+    azimuth: float
+    opacity: float
+
+    def toward_eye(self) -> Array:
+        """The unit vector (3,) from the scene to who looks at it."""
+        up, round_ = np.radians([self.elevation, self.azimuth])
+        return np.array([np.cos(up) * np.cos(round_), np.cos(up) * np.sin(round_), np.sin(up)])
+
+
+_FROM_ASIDE = _View(24, -62, 0.45)
+_CUT_OPEN = _View(52, -68, 1.0)
 
 
 @dataclass(frozen=True)
@@ -64,8 +85,10 @@ def paths_of_problem(records: pd.DataFrame, fingerprint: str, problem: int | Non
     return Shown(problem, paths, frozenset(refused))
 
 
-def draw(env: Environment, shown: Shown | None, file: Path) -> None:
+def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
     """Draws the obstacles of a 3-D environment, and paths among them, into an image file.
+
+    Buildings, which enclose free space, are cut open. `name` is that of the environment.
 
     Raises:
         InputError: the environment is not 3-D, or the file cannot be written as an image.
@@ -75,17 +98,23 @@ def draw(env: Environment, shown: Shown | None, file: Path) -> None:
     with mpl.rc_context({"font.size": 9}):
         figure = Figure(figsize=(7, 6), layout="constrained")
         axes = figure.add_subplot(projection="3d")
+        view = _CUT_OPEN if _is_interior(env) else _FROM_ASIDE
         for obstacle in env.obstacles:
             faces = np.asarray(triangulated(obstacle).triangles)
+            if view is _CUT_OPEN:
+                faces = faces[_seen_when_cut_open(env, faces, shown)]
             solid = Poly3DCollection(
-                faces, facecolors=[_GREY] * len(faces), alpha=0.45, shade=True, linewidths=0
+                faces, facecolors=[_GREY] * len(faces), alpha=view.opacity, shade=True, linewidths=0
             )
             axes.add_collection3d(solid)
-        for axis, low, high in zip("xyz", env.lower, env.upper, strict=True):
+        lower, upper = env.free_bounds
+        for axis, low, high in zip("xyz", lower, upper, strict=True):
             getattr(axes, f"set_{axis}lim")(low, high)
             getattr(axes, f"{axis}axis").set_major_locator(MaxNLocator(5))
-        axes.set_box_aspect(env.upper - env.lower)
-        axes.view_init(elev=24, azim=-62)
+        axes.set_box_aspect(upper - lower)
+        axes.view_init(elev=view.elevation, azim=view.azimuth)
+        axes.computed_zorder = False  # paths in front of obstacles
+        axes.set_title(name if shown is None else f"{name}, problem {shown.problem}")
         if shown is not None:
             _draw_paths(axes, shown)
         try:
@@ -94,13 +123,34 @@ def draw(env: Environment, shown: Shown | None, file: Path) -> None:
             raise InputError(f"cannot write {file}: {error}") from error
 
 
+def _is_interior(env: Environment) -> bool:
+    """Whether obstacles enclose free space, so that nothing of it is seen from outside."""
+    corner = np.asarray(env.upper)[None] + 1.0
+    return env.allowed is not None and not env.allowed(corner)[0]
+
+
+def _seen_when_cut_open(env: Environment, faces: Array, shown: Shown | None) -> NDArray[np.int64]:
+    """Which of the faces (n, 3, 3) of a building are seen with its ceilings and near walls taken
+    off: indices of those whose free side faces the eye, up to a little above the paths."""
+    assert env.allowed is not None
+    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    middles = faces.mean(axis=1)
+    sides = [env.allowed(middles + side * _FREE_SIDE * normals) for side in (1, -1)]
+    toward = normals @ _CUT_OPEN.toward_eye()
+    seen = (sides[0] & (toward > 0)) | (sides[1] & (toward < 0))
+    if shown is not None:
+        highest = max(float(path[:, 2].max()) for path in shown.paths.values())
+        seen &= middles[:, 2] < highest + _ABOVE_PATHS
+    return np.flatnonzero(seen)
+
+
 def _draw_paths(axes: object, shown: Shown) -> None:
     others = iter(_OTHER_COLOURS * (1 + len(shown.paths)))
     for planner, path in shown.paths.items():
         style = "--" if planner in shown.refused else "-"
         colour = COLOURS.get(planner) or next(others)
-        axes.plot(*path.T, style, color=colour, label=planner, linewidth=1.8)  # type: ignore[attr-defined]
+        axes.plot(*path.T, style, color=colour, label=planner, linewidth=1.8, zorder=3)  # type: ignore[attr-defined]
     ends = np.array([next(iter(shown.paths.values()))[i] for i in (0, -1)])
-    axes.scatter(*ends.T, color="black", s=25)  # type: ignore[attr-defined]
+    axes.scatter(*ends.T, color="black", s=25, zorder=4)  # type: ignore[attr-defined]
     axes.legend(loc="upper left", fontsize=8)  # type: ignore[attr-defined]
-    axes.set_title(f"problem {shown.problem}")  # type: ignore[attr-defined]
