@@ -20,6 +20,7 @@ PER_AXIS = 200
 """Nodes of a slice along its longer side."""
 
 _CONTOURS = 24
+_FULL = 0.45  # a plane that is fuller has little of a field to show
 _COLOURS = "viridis"  # blue where it is slow, yellow where it is fast
 
 
@@ -48,10 +49,11 @@ class Slice:
         """
         chosen = _near_corner(env, _in_fullest_plane(env)) if source is None else source
         _check_source(env, chosen)
-        spacing = (env.upper - env.lower)[:2].max() / (PER_AXIS - 1)
+        lower, upper = env.free_bounds
+        spacing = (upper - lower)[:2].max() / (PER_AXIS - 1)
         x, y = (
             np.arange(low, high + spacing / 2, spacing).clip(max=high)
-            for low, high in zip(env.lower[:2], env.upper[:2], strict=True)
+            for low, high in zip(lower[:2], upper[:2], strict=True)
         )
         q = _plane(chosen, x, y)
         return Slice(chosen, (x, y), q, env.clearance(q) > 0)
@@ -144,30 +146,34 @@ def draw(fields: Mapping[str, Field], table: pd.DataFrame, where: Slice, file: P
 
 
 def _in_fullest_plane(env: Environment) -> Array:
-    """The middle (d,) of the bounds, its third coordinate moved to where obstacles fill most."""
-    middle: Array = (env.lower + env.upper) / 2
+    """The middle (d,) of free space, its third coordinate moved to where obstacles fill most,
+    though no more than `_FULL`, as the slab between two floors does."""
+    lower, upper = env.free_bounds
+    middle: Array = (lower + upper) / 2
     if env.dimension < 3:
         return middle
-    x, y = (np.linspace(env.lower[i], env.upper[i], 41) for i in (0, 1))
-    heights = np.linspace(env.lower[2], env.upper[2], 41)[4:-4]
+    x, y = (np.linspace(lower[i], upper[i], 41) for i in (0, 1))
+    heights = np.linspace(lower[2], upper[2], 41)[4:-4]
     planes = np.repeat(middle[None], len(heights), axis=0)
     planes[:, 2] = heights
-    filled = [(env.clearance(_plane(through, x, y)) <= 0).mean() for through in planes]
-    fullest: Array = planes[int(np.argmax(filled))]
+    filled = np.array([(env.clearance(_plane(through, x, y)) <= 0).mean() for through in planes])
+    score = np.where(filled <= _FULL, filled, -filled)
+    best = np.flatnonzero(score == score.max())
+    fullest: Array = planes[best[(len(best) - 1) // 2]]  # the middle one of a box's
     return fullest
 
 
 def _near_corner(env: Environment, middle: Array) -> Array:
     """The point of a plane with enough clearance that is nearest to the lower corner."""
+    lower, upper = env.free_bounds
     x, y = (
-        np.linspace(low, high, 81)[4:-4]
-        for low, high in zip(env.lower[:2], env.upper[:2], strict=True)
+        np.linspace(low, high, 81)[4:-4] for low, high in zip(lower[:2], upper[:2], strict=True)
     )
     q = _plane(middle, x, y)
     roomy = q[env.clearance(q) >= env.speed_model.d_max / 4]
     if len(roomy) == 0:
         raise InputError("the fullest plane has no free place for a source; choose one by --source")
-    nearest: Array = roomy[np.argmin((roomy - env.lower).sum(axis=1))]
+    nearest: Array = roomy[np.argmin((roomy - lower).sum(axis=1))]
     return nearest
 
 
