@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+from functools import lru_cache
 from typing import Any
 
 import igl
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 from envs.collision.shapes import Mesh
 from envs.problem import Array
 
+_KEPT = 4  # meshes whose trees are kept in a process
 _CELLS = 128  # along the longest side of the grid on which holes are sought
 _COVERED = 0.75  # of a cell: nearer to the surface, the surface itself closes
 
@@ -28,7 +31,7 @@ class MeshQueries:
         self._winding.init(*self._arrays)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return MeshQueries, (self._mesh,)
+        return queries, (self._mesh,)
 
     def distance(self, points: Array) -> Array:
         """Unsigned distances (n,) of points (n, 3) to the surface."""
@@ -52,7 +55,14 @@ class MeshQueries:
         return number
 
 
-def lids(mesh: Mesh, queries: MeshQueries) -> Mesh | None:
+@lru_cache(maxsize=_KEPT)
+def queries(mesh: Mesh) -> MeshQueries:
+    """The queries of a mesh, made once: queries change nothing, so worlds share them."""
+    return MeshQueries(mesh)
+
+
+@lru_cache(maxsize=_KEPT)
+def lids(mesh: Mesh) -> Mesh | None:
     """Surfaces that close a mesh's holes, or None if it has none.
 
     They are where the winding number is half of its greatest: the level set by marching cubes,
@@ -65,10 +75,14 @@ def lids(mesh: Mesh, queries: MeshQueries) -> Mesh | None:
     axes = [start + cell * np.arange(n) for start, n in zip(low - 2 * cell, counts, strict=True)]
     # First axis fastest, as marching cubes wants it.
     nodes = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
-    level = np.abs(queries.winding_number(nodes)) - 0.5
+    level = np.abs(queries(mesh).winding_number(nodes)) - 0.5
     vertices, faces, _ = igl.marching_cubes(level, nodes, *map(int, counts), 0.0)
     if len(faces) == 0:
         return None
-    away = queries.distance(vertices)[faces].max(axis=1) > _COVERED * cell
+    away = queries(mesh).distance(vertices)[faces].max(axis=1) > _COVERED * cell
     used, renumbered = np.unique(faces[away], return_inverse=True)
     return Mesh(vertices[used], renumbered.reshape(-1, 3)) if away.any() else None
+
+
+# libigl's objects must be gone before its module is, or it complains at exit.
+atexit.register(queries.cache_clear)

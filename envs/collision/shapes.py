@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +28,10 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A triangulated surface: `vertices` (n, 3) in the workspace frame, `faces` (m, 3)."""
+    """A triangulated surface: `vertices` (n, 3) in the workspace frame, `faces` (m, 3).
+
+    Equal to another if both have the same numbers.
+    """
 
     vertices: Array
     faces: NDArray[np.int64]
@@ -40,6 +45,20 @@ class Mesh:
             raise ValueError("mesh faces name vertices that are not there")
         faces.flags.writeable = False
         object.__setattr__(self, "faces", faces)
+
+    @cached_property
+    def digest(self) -> str:
+        """Of the numbers, the same on every machine."""
+        digest = hashlib.sha256()
+        digest.update(np.ascontiguousarray(self.vertices, dtype="<f8").tobytes())
+        digest.update(np.ascontiguousarray(self.faces, dtype="<i8").tobytes())
+        return digest.hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Mesh) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
 
     def joined(self, other: Mesh) -> Mesh:
         """Both as one."""

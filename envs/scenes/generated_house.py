@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 from envs.errors import InputError
-from envs.scenes.floor_plan import make_plan
+from envs.scenes.floor_plan import Plan, make_plan
+from envs.scenes.mesh_file import FileMesh
 from envs.scenes.mesh_world import MeshWorld
 from envs.scenes.scan import scanned
 
@@ -31,9 +33,9 @@ class GeneratedHouse(MeshWorld):
         if not 0 <= scene < 2**32:
             raise InputError(f"gibson-generated: scene must be between 0 and 2^32 - 1, not {scene}")
         self.scene = scene
-        self.plan = make_plan(scene)
+        self.plan, scan = _house(scene)
         name = f"gibson-generated, scene {scene}"
-        self._build(scanned(self.plan, scene), "interior", robot_radius, 0.0, name)
+        self._build(scan, "interior", robot_radius, 0.0, name)
 
     @property
     def scene_seeds(self) -> tuple[int, ...]:
@@ -41,3 +43,9 @@ class GeneratedHouse(MeshWorld):
 
     def definition(self) -> dict[str, Any]:
         return {**super().definition(), "class": "GeneratedHouse"}
+
+
+@lru_cache(maxsize=2)
+def _house(scene: int) -> tuple[Plan, FileMesh]:
+    plan = make_plan(scene)
+    return plan, scanned(plan, scene)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import logging
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -12,7 +11,7 @@ import numpy as np
 
 from envs.collision.distance_grid import ClearanceGrid
 from envs.collision.fcl_model import Allowed
-from envs.collision.mesh import MeshQueries, lids
+from envs.collision.mesh import lids, queries
 from envs.collision.shapes import Mesh
 from envs.errors import InputError, suggestion
 from envs.problem import Array
@@ -123,17 +122,17 @@ class MeshWorld(PointWorld):
         radius = robot_radius * self.transform.scale or DEFAULT_RADIUS
         super().__init__(radius, KINDS[self.kind].speed)
         self._mesh = Mesh(self.transform.to_world(read.vertices), read.faces)
-        self._queries = MeshQueries(self._mesh)
+        self._queries = queries(self._mesh)
         self._close(read)
 
     def _close(self, read: FileMesh) -> None:
         """Closes holes where there is an inside, and says what the world is like."""
         lid = None
         if self.kind != "shell" and not read.closed:
-            lid = lids(self._mesh, self._queries)
+            lid = lids(self._mesh)
         self.obstacles = [self._mesh] if lid is None else [self._mesh, lid]
         whole = self._mesh if lid is None else self._mesh.joined(lid)
-        self._distance = self._queries if lid is None else MeshQueries(whole)
+        self._distance = self._queries if lid is None else queries(whole)
         said = [f"{self._name}: {self.kind}, {len(read.faces)} faces"]
         if read.dropped:
             said.append(f"{read.dropped} degenerate ones dropped")
@@ -179,7 +178,7 @@ class MeshWorld(PointWorld):
         return {
             "class": "MeshWorld",
             "version": 1,
-            "mesh": _digest(self._mesh),
+            "mesh": self._mesh.digest,
             "kind": self.kind,
             "transform": [self.transform.scale, self.transform.offset.tolist()],
             **self.point_definition(),
@@ -206,10 +205,3 @@ def _fitted(vertices: Array, extent: float, scale: float, name: str) -> Transfor
         most = 2 * HALF_SIDE / longest
         raise InputError(f"{name}: scale must be above 0 and at most {most:.4g}, not {scale}")
     return Transform(factor, -factor * (low + high) / 2)
-
-
-def _digest(mesh: Mesh) -> str:
-    digest = hashlib.sha256()
-    digest.update(np.ascontiguousarray(mesh.vertices, dtype="<f8").tobytes())
-    digest.update(np.ascontiguousarray(mesh.faces, dtype="<i8").tobytes())
-    return digest.hexdigest()
