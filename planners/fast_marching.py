@@ -41,16 +41,15 @@ class SpeedGrid:
 
     def arrival_times(self, goal: Array) -> Array:
         """Times on the nodes, one axis a dimension, at which a front that leaves the sphere of
-        `radius` about `goal` (d,) arrives; negative within."""
-        times: Array = np.asarray(
-            skfmm.travel_time(
-                self._distance_to(goal) - self.radius,
-                self._speed,
-                dx=self.spacing,
-                order=self._order,
-            )
+        `radius` about `goal` (d,) arrives; negative within, where the goal's own speed holds:
+        nodes there may lie in a wall, and would draw paths away from the goal."""
+        outside = self._distance_to(goal) - self.radius
+        times = np.asarray(
+            skfmm.travel_time(outside, self._speed, dx=self.spacing, order=self._order)
         )
-        return times
+        [speed] = self._env.speed(goal[None])
+        whole: Array = np.where(outside < 0, outside / speed, times)
+        return whole
 
     def times_at(self, times: Array, goal: Array, q: Array) -> Array:
         """Arrival times (n,) at configurations (n, d) within the bounds, from those on the nodes,

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 import pytest
+import trimesh
 
 import envs
 import planners
 from bench.metrics import path_length, travel_time
 from envs import InputError, Problem
+from envs.scenes.mesh_world import MeshWorld
 from planners import Budget, Status
 from planners.grid_field import GridField
 
@@ -85,3 +88,21 @@ def test_too_large_a_grid_is_unsupported() -> None:
     reason = planners.make("fmm:resolution=500").unsupported(envs.make("c3d"))
     assert reason is not None
     assert "500^3" in reason
+
+
+def test_goals_near_thin_walls_are_reached(tmp_path: Path) -> None:
+    """Nodes beyond a wall, slow ones, may be within the sphere that fronts start from."""
+    room = trimesh.creation.box((8.0, 6.0, 3.0))
+    room.invert()
+    room.export(tmp_path / "room.ply")
+    env = MeshWorld(str(tmp_path / "room.ply"))
+    model = env.collision_model()
+    for goal in (
+        [2.739, -3.453, -3.443],
+        [-4.006, -1.160, -3.538],
+        [7.907, -4.105, -3.506],
+        [5.384, -7.197, -1.978],
+        [-9.705, -5.424, 2.311],
+    ):
+        path = _solve(env, Problem(np.zeros(3), np.array(goal)), "fmm")
+        assert model.min_clearance(path) > model.tolerance
