@@ -21,7 +21,7 @@ from planners.base import Budget, Planner, PlannerResult, Status
 
 _ROADMAPS = ("PRMstar", "LazyPRMstar")
 
-PAPERS = -1.0
+PAPERS = math.nan
 """Stands for the seconds of growing a roadmap that the paper's tables have: it plans with one
 where obstacles are meshes (Gibson), by LazyPRM*, and without one elsewhere."""
 _PAPERS_ROADMAP_S = 20.0
@@ -67,7 +67,7 @@ class OmplPlanner(Planner):
         roadmap_s: float = PAPERS,
         **parameters: Any,
     ) -> None:
-        if not 0 <= roadmap_s < math.inf and roadmap_s != PAPERS:
+        if not (0 <= roadmap_s < math.inf or math.isnan(roadmap_s)):
             raise InputError(f"roadmap_s must be at least 0 and finite, not {roadmap_s}")
         if roadmap_s > 0 and algorithm not in _ROADMAPS:
             raise InputError(f"{algorithm} keeps no roadmap; roadmap_s is for PRM* and LazyPRM*")
@@ -113,7 +113,7 @@ class OmplPlanner(Planner):
             self._run(self._kept, problem, seconds, stop_cost=0.0)
 
     def _roadmap_seconds(self, env: Environment) -> float:
-        if self._roadmap_s != PAPERS:
+        if not math.isnan(self._roadmap_s):
             return self._roadmap_s
         among_meshes = any(isinstance(obstacle, Mesh) for obstacle in env.obstacles)
         return _PAPERS_ROADMAP_S if self._algorithm == "LazyPRMstar" and among_meshes else 0.0

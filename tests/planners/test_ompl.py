@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 import pytest
+import trimesh
 
 import envs
 import planners
@@ -114,6 +116,25 @@ def test_a_roadmap_is_kept_between_problems(name: str, c3d: Environment) -> None
         result = planner.solve(problem, Budget(perf_counter() + 5))
         assert result.status is Status.EXACT_SOLUTION
         assert judge.min_clearance(np.asarray(result.path)) > judge.tolerance
+
+
+def test_among_meshes_lazy_prm_has_the_papers_roadmap(
+    c3d: Environment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("planners.ompl._PAPERS_ROADMAP_S", 1.0)
+    trimesh.creation.icosphere(radius=2.0).export(tmp_path / "ball.ply")
+    ball = envs.make(f"mesh:file={tmp_path / 'ball.ply'}")
+    grown = []
+    for name, env in (
+        ("lazyprmstar", ball),
+        ("lazyprmstar", c3d),
+        ("prmstar", ball),
+        ("lazyprmstar:roadmap_s=0", ball),
+    ):
+        begin = perf_counter()
+        planners.make(name).setup(env, seed=1)
+        grown.append(perf_counter() - begin > 0.8)
+    assert grown == [True, False, False, False]
 
 
 def test_parameters_reach_the_planner(c3d: Environment) -> None:
