@@ -84,9 +84,10 @@ class OmplPlanner(Planner):
         base, _, util = _ompl()
         space = base.RealVectorStateSpace(env.dimension)
         bounds = base.RealVectorBounds(env.dimension)
+        lower, upper = env.free_bounds  # samples elsewhere would be in vain
         for axis in range(env.dimension):
-            bounds.setLow(axis, float(env.lower[axis]))
-            bounds.setHigh(axis, float(env.upper[axis]))
+            bounds.setLow(axis, float(lower[axis]))
+            bounds.setHigh(axis, float(upper[axis]))
         space.setBounds(bounds)
         self._space = space
         self._model = env.collision_model()
