@@ -65,9 +65,10 @@ class PointWorld(Environment):
     def point_definition(self) -> dict[str, Any]:
         """The part of `definition` that these worlds share."""
         model = self.speed_model
+        contact = [model.contact] if model.contact else []
         return {
             "bounds": [self.lower.tolist(), self.upper.tolist()],
             "robot_radius": self.robot.radius,
-            "speed": [model.d_min, model.d_max, model.s_const],
+            "speed": [model.d_min, model.d_max, model.s_const, *contact],
             "problems": [self.min_clearance, self.min_separation],
         }

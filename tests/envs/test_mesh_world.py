@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 import os
 import pickle
@@ -123,6 +124,13 @@ def test_fingerprints_follow_content_not_names(room: str, ball: str, tmp_path: P
         MeshWorld(ball).fingerprint,
     }
     assert len(prints) == 5
+
+
+def test_the_fingerprint_covers_speeds_near_contact(room: str) -> None:
+    world = MeshWorld(room)
+    before = world.fingerprint
+    world.speed_model = dataclasses.replace(world.speed_model, contact=0.03)
+    assert world.fingerprint != before
 
 
 def test_worlds_survive_pickling(room: str) -> None:
