@@ -66,7 +66,7 @@ def _squares(free: NDArray[np.bool_], axis: int) -> NDArray[np.int64]:
         ring = np.array([[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]])
         square = where[:, None] + (ring if ahead else ring[::-1])
         sides.append(square)
-    # Cyclic axes keep the orientation: (x, y, z), (y, z, x), (z, x, y); moveaxis keeps the order.
+    # With y in front the axes are (y, x, z), a mirrored frame, which turns the winding round.
     both = np.concatenate(sides)
     if axis == 1:
         both = both[:, ::-1]

@@ -7,19 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from bad_meshes import BAD
 from conftest import Cli, Refused
 
 from envs.scenes import mesh_file
-
-BAD = {
-    "empty.ply": (b"", "is empty"),
-    "junk.glb": (b"hello world" * 9, "cannot be read as a mesh"),
-    "no_faces.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "a cloud of points has to be meshed first"),
-    "nan.obj": (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "NaN or infinite"),
-    "flat.obj": (b"v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", "no extent"),
-    "line.obj": (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "degenerate faces only"),
-    "mesh.txt": (b"0 0 0\n", "meshes are read from"),
-}
 
 
 def run(file: Path) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from bad_meshes import BAD
 from conftest import has_data
 
 import envs
@@ -154,22 +155,6 @@ def test_degenerate_faces_are_dropped_and_counted(tmp_path: Path) -> None:
     file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 1 3\n")
     read = read_mesh(file)
     assert (len(read.faces), read.dropped) == (1, 2)
-
-
-BAD = {
-    "empty.ply": (b"", "is empty"),
-    "junk.ply": (b"hello world" * 9, "cannot be read as a mesh"),
-    "junk.glb": (b"hello world" * 9, "cannot be read as a mesh"),
-    "junk.off": (b"hello world" * 9, "cannot be read as a mesh"),
-    "junk.stl": (b"hello world" * 9, "holds no faces"),
-    "points.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "holds no faces"),
-    "nan.obj": (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "NaN or infinite"),
-    "infinite.off": (b"OFF\n3 1 0\ninf 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "NaN or infinite"),
-    "nowhere.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "cannot be read as a mesh"),
-    "flat.obj": (b"v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", "no extent"),
-    "line.obj": (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "degenerate faces only"),
-    "mesh.xyz": (b"0 0 0\n", "meshes are read from"),
-}
 
 
 @pytest.mark.parametrize("name", BAD)
