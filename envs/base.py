@@ -44,6 +44,12 @@ class Environment(ABC):
         bounds themselves. Samplers need not look elsewhere."""
         return self.lower, self.upper
 
+    @property
+    def enclosed(self) -> bool:
+        """Whether free space is the inside of rooms, where thin walls part places that are close
+        together; by default not."""
+        return False
+
     @abstractmethod
     def clearance(self, q: Array) -> Array:
         """Signed distance (n,) from the robot at configurations (n, d) to the obstacles.

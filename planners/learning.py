@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
+from time import monotonic
 from typing import Any
 
 import torch
@@ -36,6 +37,7 @@ class Method:
 
     Attributes:
         network: makes a network for an environment, random by PyTorch's global generator.
+        survey: computes what in a new network is computed rather than learned, for a seed.
         objective: makes what it is trained on.
         recipe: how.
         expected_minutes: about how long that takes on two cores.
@@ -45,6 +47,7 @@ class Method:
     objective: Callable[[], Objective]
     recipe: Recipe = field(default_factory=Recipe)
     expected_minutes: float = 5.0
+    survey: Callable[[Any, int], None] = lambda network, seed: None
 
     def settings(self) -> dict[str, Any]:
         """JSON data that says how it is trained."""
@@ -101,7 +104,11 @@ def _begun(method: Method, env: Environment, how: Training) -> TrainingState:
     with torch.random.fork_rng():
         torch.manual_seed(derived_seed("weights", how.seed))
         net = method.network(env).to(checked_device(how.device))
+    begin = monotonic()
+    if not how.checkpoint.is_file():
+        method.survey(net, how.seed)
     state = TrainingState.begin(net, method.recipe)
+    state.data_s = monotonic() - begin
     if how.checkpoint.is_file():
         state.load(how.checkpoint)
     return state

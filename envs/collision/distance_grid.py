@@ -21,6 +21,11 @@ class ClearanceGrid:
         clearance: (n, d) -> (n,), of a robot that only translates.
         lower, upper: (d,) corners of what the grid covers; beyond, its border goes on.
         spacing: between nodes, at most.
+
+    Attributes:
+        values: on the nodes, one axis a dimension, float32.
+        lower: (d,) the first node.
+        per_unit: (d,) nodes by length.
     """
 
     def __init__(
@@ -30,14 +35,14 @@ class ClearanceGrid:
         axes = [np.linspace(a, b, n + 1) for a, b, n in zip(lower, upper, cells, strict=True)]
         nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         values = clearance(nodes.reshape(-1, len(axes)))
-        self._values = values.reshape(nodes.shape[:-1]).astype(np.float32)
-        self._lower = lower
-        self._per_unit = cells / (upper - lower)
+        self.values = values.reshape(nodes.shape[:-1]).astype(np.float32)
+        self.lower = lower
+        self.per_unit = cells / (upper - lower)
 
     def __call__(self, q: Array) -> Array:
         """Clearances (n,) at configurations (n, d)."""
-        at = ((q - self._lower) * self._per_unit).T
+        at = ((q - self.lower) * self.per_unit).T
         found: Array = ndimage.map_coordinates(
-            self._values, at, output=np.float64, order=1, mode="nearest"
+            self.values, at, output=np.float64, order=1, mode="nearest"
         )
         return found

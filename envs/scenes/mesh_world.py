@@ -158,6 +158,10 @@ class MeshWorld(PointWorld):
         return ClearanceGrid(self.clearance, *self.free_bounds, spacing)
 
     @property
+    def enclosed(self) -> bool:
+        return self.kind == "interior"
+
+    @property
     def free_bounds(self) -> tuple[Array, Array]:
         if self.kind != "interior":
             return self.lower, self.upper

@@ -21,12 +21,18 @@ class Descent:
         moves: whether the start's end moves, and the goal's.
         meeting: the ends are joined by a straight line when they are this close.
         most_steps: after which an attempt is given up.
+        true_speed: whether a step at a place is as long as the environment's speed there allows,
+            instead of the field's own.
+        margin: clearance, by d_max, out to which ends are pushed after a step, and out of which
+            they are not joined; 0 for none. As `true_speed`, only for compiled fields of rooms.
     """
 
     step: float = 0.03
     moves: tuple[bool, bool] = (True, True)
     meeting: float = 0.06
     most_steps: int = 500
+    true_speed: bool = False
+    margin: float = 0.0
 
 
 def descend(

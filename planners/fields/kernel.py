@@ -1,8 +1,8 @@
 """One problem at a time, compiled: forward pass, Jacobian, reverse pass and steps in one routine.
 
 The same mathematics as `networks.TimeField` and `execution.descend`, for the default shape: smooth
-symmetric operator, bounded stretch, no w-space encoder. A call of PyTorch costs more than the
-arithmetic of a small network for two points, and an attempt makes thousands.
+symmetric operator, bounded stretch, no learned w-space encoder. A call of PyTorch costs more than
+the arithmetic of a small network for two points, and an attempt makes thousands.
 """
 
 from __future__ import annotations
@@ -15,8 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planners.fields.execution import Descent
+from planners.fields.modes import NO_MODES, Held
 from planners.fields.networks import Bound, SineBlock, TimeField
 from planners.fields.operators import SmoothSymmetric
+from planners.fields.rooms import CLEARANCES, room_inputs
+from planners.fields.surroundings import NOWHERE, View, clearance_at, speed_at, uphill
 
 Single = NDArray[np.float32]
 
@@ -38,7 +41,10 @@ class _Network(NamedTuple):
     out: Single
     out_bias: float
     scale: float
+    below: float
     smoothing: float
+    held: Held
+    about: View
 
 
 class CompiledField:
@@ -69,7 +75,10 @@ class CompiledField:
             out=_single(generator.last.weight[0]),
             out_bias=float(generator.last.bias.item()),
             scale=generator.head.scale,
+            below=generator.head.below,
             smoothing=SmoothSymmetric.smoothing,
+            held=NO_MODES if net.rooms is None else net.rooms.modes.view,
+            about=NOWHERE if net.rooms is None else net.rooms.surroundings.view,
         )
 
     @staticmethod
@@ -95,8 +104,11 @@ class CompiledField:
         ends = np.stack([start, goal]).astype(np.float32)
         moves = np.array(descent.moves)
         there = np.empty((descent.most_steps + 1, 2, len(start)), dtype=np.float32)
-        limits = descent.step, descent.meeting, descent.most_steps
-        met = _descend(ends, moves, lower, upper, there, limits, self._network)
+        how = (
+            *(descent.step, descent.meeting, descent.most_steps),
+            *(descent.true_speed, descent.margin),
+        )
+        met = _descend(ends, moves, lower, upper, there, how, self._network)
         if met < 0:
             return None
         return np.concatenate([there[: met + 1, 0], there[met::-1, 1]])
@@ -123,10 +135,12 @@ def _sine(rows: Any, bias: Any, per_end: int) -> None:
 
 
 @_jit
-def _inputs(ends: Any, waves: Any, rows: Any) -> None:
-    """Linear and Fourier inputs of both ends and their Jacobians, see `CSpaceEncoder`."""
+def _inputs(ends: Any, net: Any, rows: Any) -> None:
+    """Inputs of both ends and their Jacobians, see `CSpaceEncoder`."""
     d = ends.shape[1]
+    waves = net.waves
     frequencies = waves.shape[0]
+    direct = d + 2 * frequencies
     rows[:] = 0
     for end in range(2):
         at = end * (1 + d)
@@ -145,6 +159,10 @@ def _inputs(ends: Any, waves: Any, rows: Any) -> None:
                 turn = np.float32(2 * math.pi) * waves[f, k]
                 rows[at + 1 + k, d + f] = cosine * turn
                 rows[at + 1 + k, d + frequencies + f] = -sine * turn
+        if rows.shape[1] > direct:
+            more = np.empty((4, rows.shape[1] - direct))
+            room_inputs(net.held, net.about, ends[end].astype(np.float64), True, more)
+            rows[at : at + 4, direct:] = more
 
 
 @_jit
@@ -162,7 +180,7 @@ def _pair(ends: Any, gradients: Any, net: Any) -> float:
     d = ends.shape[1]
     per_end = 1 + d
     inputs = np.empty((2 * per_end, net.first.shape[0]), dtype=np.float32)
-    _inputs(ends, net.waves, inputs)
+    _inputs(ends, net, inputs)
     x = np.dot(inputs, net.first)
     _sine(x, net.first_bias, per_end)
     for block in range(len(net.hidden) // 2):
@@ -209,17 +227,43 @@ def _pair(ends: Any, gradients: Any, net: Any) -> float:
             at_goal += by_psi * features[goal_row, psi] - by_phi * features[goal_row, j]
         gradients[0, k] = at_start
         gradients[1, k] = at_goal
-    stretch: float = net.scale * gate - 0.08
+    modes = inputs[:, d + 2 * len(net.waves) + CLEARANCES :]
+    stretch: float = net.scale * gate - net.below + _resistance(ends, modes, gradients)
     return stretch
 
 
 @_jit
+def _resistance(ends: Any, modes: Any, gradients: Any) -> float:
+    """What modes (2 + 2d, m) add to the stretch, see `networks.TimeField`; and to its gradients."""
+    d, count = ends.shape[1], modes.shape[1]
+    if count == 0:
+        return 0.0
+    distance, resistance = 0.0, 0.0
+    for k in range(d):
+        distance += (ends[0, k] - ends[1, k]) ** 2
+    distance = max(math.sqrt(distance), 1e-6)
+    for m in range(count):
+        resistance += ((modes[0, m] - modes[1 + d, m]) / 2) ** 2
+    whole = distance + resistance
+    for k in range(d):
+        toward = (ends[0, k] - ends[1, k]) / distance
+        at_start, at_goal = toward, -toward
+        for m in range(count):
+            apart = modes[0, m] - modes[1 + d, m]
+            at_start += apart * modes[1 + k, m] / 2
+            at_goal -= apart * modes[2 + d + k, m] / 2
+        gradients[0, k] += at_start / whole - toward / distance
+        gradients[1, k] += at_goal / whole + toward / distance
+    return math.log(whole / distance)
+
+
+@_jit
 def _descend(
-    ends: Any, moves: Any, lower: Any, upper: Any, there: Any, limits: Any, network: Any
+    ends: Any, moves: Any, lower: Any, upper: Any, there: Any, how: Any, network: Any
 ) -> int:
     """Fills `there` (steps + 1, 2, d) with the ends' positions; the step at which they met, or
     -1."""
-    alpha, meeting, most_steps = limits
+    alpha, meeting, most_steps, true_speed, margin = how
     d = ends.shape[1]
     gradients = np.empty_like(ends)
     for step in range(most_steps + 1):
@@ -228,7 +272,7 @@ def _descend(
         for k in range(d):
             distance += (ends[0, k] - ends[1, k]) ** 2
         distance = math.sqrt(distance)
-        if distance <= meeting:
+        if distance <= meeting and (margin == 0 or _joined(ends, network.about)):
             return step
         ratio = math.exp(_pair(ends, gradients, network))
         square = np.zeros(2, dtype=np.float32)
@@ -240,7 +284,40 @@ def _descend(
             square[1] += gradients[1, k] ** 2
         for end in range(2):
             if moves[end]:
+                by = alpha / max(square[end], 1e-12)
+                if true_speed:
+                    about = network.about
+                    here = clearance_at(about, ends[end, 0], ends[end, 1], ends[end, 2])
+                    pace = max(speed_at(about, here), about.least_speed)
+                    by = alpha * pace / max(math.sqrt(square[end]), 1e-6)
                 for k in range(d):
-                    moved = ends[end, k] - alpha * gradients[end, k] / max(square[end], 1e-12)
+                    moved = ends[end, k] - by * gradients[end, k]
                     ends[end, k] = min(max(moved, lower[k]), upper[k])
+                if margin > 0:
+                    _push_out(ends[end], margin, network.about)
     return -1
+
+
+@_jit
+def _joined(ends: Any, about: Any) -> bool:
+    """Whether nothing is in the way between two ends (2, 3)."""
+    for s in range(9):
+        t = s / 8
+        x, y, z = ends[0] + np.float32(t) * (ends[1] - ends[0])
+        if clearance_at(about, x, y, z) < 0.02:
+            return False
+    return True
+
+
+@_jit
+def _push_out(x: Any, margin: float, about: Any) -> None:
+    """Moves (3,) uphill until its clearance is about `margin`, as far as three steps allow."""
+    slope = np.empty(3)
+    for _ in range(3):
+        missing = margin - clearance_at(about, x[0], x[1], x[2])
+        if missing <= 0:
+            return
+        uphill(about, x, slope)
+        steepness = max(math.sqrt((slope**2).sum()), 1e-3 / about.reach)
+        for k in range(3):
+            x[k] += missing * about.reach * slope[k] / steepness

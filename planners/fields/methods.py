@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from envs import Environment, InputError
+from planners.fields.labels import LabelPlan
 from planners.fields.networks import FieldShape, TimeField
 from planners.fields.objectives import (
     LargestSubsolution,
@@ -17,7 +18,9 @@ from planners.fields.objectives import (
     WithWorkspace,
 )
 from planners.fields.paper import PaperField, PublishedPhysics
+from planners.fields.rooms import RoomInputs
 from planners.fields.sampling import GroupPlan, NearSurfaces
+from planners.fields.segments import LargestSubsolutionInRooms
 from planners.fields.workspace import occupancy
 from planners.learning import Method
 from planners.scale import Scale, cloud
@@ -26,6 +29,11 @@ from planners.training import Recipe, Rollback
 _BANDWIDTH = 0.07
 """Standard deviation of Fourier frequencies, in periods per d_max of the speed model, which is
 the length over which speeds change."""
+
+_BANDWIDTH_IN_ROOMS = 0.14
+
+_MODES = 16
+"""Of free space, in rooms."""
 
 
 def small(**shape: Any) -> Callable[[Environment], TimeField]:
@@ -38,6 +46,23 @@ def small(**shape: Any) -> Callable[[Environment], TimeField]:
         return TimeField(made, occupancy_of(env) if made.workspace else None)
 
     return network
+
+
+def for_rooms(env: Environment) -> TimeField:
+    """The network for rooms, see `planners.fields.modes`.
+
+    Its stretch is relative to the effective resistance, which is T within a factor of about
+    three, so it is bounded alike everywhere.
+    """
+    bandwidth = _BANDWIDTH_IN_ROOMS * Scale.of(env).extent / env.speed_model.d_max
+    made = FieldShape(env.dimension, speed_ratio=12.0, below=0.9, bandwidth=bandwidth, modes=_MODES)
+    return TimeField(made, rooms=RoomInputs(env, _MODES))
+
+
+def survey(net: TimeField, seed: int) -> None:
+    """Computes the modes of free space."""
+    assert net.rooms is not None
+    net.rooms.modes.solve(seed)
 
 
 def published(env: Environment) -> PaperField:
@@ -88,13 +113,33 @@ METHODS: dict[str, Method] = {
     ),
 }
 
+IN_ROOMS: dict[str, Method] = {
+    "ntfields": Method(
+        for_rooms,
+        LargestSubsolutionInRooms,
+        Recipe(steps=8000),
+        expected_minutes=15.0,
+        survey=survey,
+    ),
+    "ief3d": Method(
+        for_rooms,
+        lambda: Regression(LabelPlan(sources=120)),
+        Recipe(steps=4000),
+        expected_minutes=12.0,
+        survey=survey,
+    ),
+}
+"""What is done otherwise in rooms."""
 
-def method(name: str) -> Method:
-    """The method of a name.
+
+def method(name: str, env: Environment) -> Method:
+    """The method of a name, as it is in an environment.
 
     Raises:
         InputError: there is none.
     """
     if name not in METHODS:
         raise InputError(f"no time field is called {name!r}; choose from {', '.join(METHODS)}")
+    if env.enclosed and name in IN_ROOMS:
+        return IN_ROOMS[name]
     return METHODS[name]

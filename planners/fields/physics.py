@@ -53,6 +53,27 @@ def log_slowness_error(log_speed: Tensor, stretch: Tensor, offset: Tensor, slope
     return log_speed + stretch + steepness.clamp_min(1e-12).log()
 
 
+def steepness_along(rise: Tensor, time: Tensor) -> Tensor:
+    """The mean cost of rises of T that are steeper than the speeds on the way allow.
+
+    For a subsolution |T(a, g) - T(b, g)| is at most the integral of 1 / S* along any way from a to
+    b. The cost is 2 sinh(r / 2), r = log(|rise| / time), as in `log_slowness_error`; what rises
+    less costs nothing.
+
+    Args:
+        rise: (...), T at one place minus T at another.
+        time: (...), of going from one to the other straight; infinite, and left out, if something
+            is in the way. Places so close that it is hardly above 0 are left out as well.
+    """
+    rise = rise.abs()
+    time = time.expand_as(rise)
+    counts = time.isfinite() & (time > 1e-4)
+    # log(1) where it does not count, as the gradient of what is masked must be finite
+    ratio = torch.where(counts, rise, 1.0) / torch.where(counts, time, 1.0)
+    excess = ratio.clamp_min(1.0).log().clamp_max(6.0)
+    return 2 * torch.sinh(excess / 2).sum() / counts.sum().clamp_min(1)
+
+
 def subsolution_loss(
     error: Tensor,
     stretch: Tensor,

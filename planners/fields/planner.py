@@ -17,6 +17,7 @@ from planners.base import Budget, PlannerResult, Status
 from planners.fields.execution import Descent, Field, descend, gradients
 from planners.fields.kernel import CompiledField
 from planners.fields.methods import method
+from planners.fields.networks import TimeField
 from planners.learned import LearnedPlanner, Trained, Training
 from planners.learning import learn
 from planners.scale import Scale
@@ -31,6 +32,15 @@ ATTEMPTS = (
 )
 """Tried in turn until a path passes the check: the paper's step, smaller ones, one end only."""
 
+ATTEMPTS_IN_ROOMS = (
+    Descent(step=0.02, true_speed=True, margin=0.15),
+    Descent(step=0.01, true_speed=True, margin=0.1),
+    Descent(step=0.03),
+    Descent(step=0.02, moves=(False, True), most_steps=700, true_speed=True, margin=0.1),
+    Descent(step=0.02, moves=(True, False), most_steps=700, true_speed=True, margin=0.1),
+)
+"""The same in rooms, where a field is steep and least certain beside walls."""
+
 _SAFE = 3 * DEFAULT_TOLERANCE  # what the check finds free, the judge, at its tolerance, does too
 
 
@@ -39,8 +49,10 @@ class FieldPlanner(LearnedPlanner):
 
     Args:
         method: one of `methods.METHODS`.
-        weights, device: see `LearnedPlanner`. Away from the CPU single problems are not compiled.
-        attempts: how many of `ATTEMPTS` it may make; 1 is the paper's single one.
+        weights, device: see `LearnedPlanner`. Away from the CPU single problems are compiled in
+            rooms only.
+        attempts: how many of `ATTEMPTS` it may make, or of `ATTEMPTS_IN_ROOMS`; 1 is the paper's
+            single one.
 
     Raises:
         InputError: an argument is out of range.
@@ -54,18 +66,18 @@ class FieldPlanner(LearnedPlanner):
         super().__init__(method, weights, device)
         if not 1 <= attempts <= len(ATTEMPTS):
             raise InputError(f"{method}: attempts must be between 1 and {len(ATTEMPTS)}")
-        self._attempts = ATTEMPTS[:attempts]
+        self._count = attempts
 
     def expected_minutes(self, env: Environment) -> float:
-        return method(self.name).expected_minutes
+        return method(self.name, env).expected_minutes
 
     def load(self, env: Environment, tensors: Tensors) -> None:
-        net = method(self.name).network(env)
+        net = method(self.name, env).network(env)
         net.load_state_dict({name: torch.from_numpy(a) for name, a in tensors.items()})
         self._use(env, net)
         if self._compiled is not None:  # compile now, or load what was compiled before
             middle = np.zeros(env.dimension)
-            self._one(middle, middle + 0.1, ATTEMPTS[0])
+            self._one(middle, middle + 0.1, self._attempts[0])
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         refusal = self._refused([problem])[0]
@@ -111,12 +123,12 @@ class FieldPlanner(LearnedPlanner):
 
     def train(self, env: Environment, how: Training) -> Trained:
         def solved(net: nn.Module, problems: Sequence[Problem]) -> int:
-            student = FieldPlanner(self.name, attempts=len(self._attempts), device=how.device)
+            student = FieldPlanner(self.name, attempts=self._count, device=how.device)
             student._use(env, net)
             results = student.solve_batch(problems)
             return sum(result.status is Status.EXACT_SOLUTION for result in results)
 
-        return learn(method(self.name), env, how, solved)
+        return learn(method(self.name, env), env, how, solved)
 
     def _use(self, env: Environment, net: Any) -> None:
         """Plans in `env` with `net` from now on."""
@@ -125,8 +137,11 @@ class FieldPlanner(LearnedPlanner):
         self._lower = self._scale.shrink(env.lower)
         self._upper = self._scale.shrink(env.upper)
         self._net: Field = net.to(self.device).eval()
-        on_cpu = self.device == "cpu"
-        self._compiled = CompiledField(net) if on_cpu and CompiledField.fits(net) else None
+        self._in_rooms = isinstance(net, TimeField) and net.rooms is not None
+        attempts = ATTEMPTS_IN_ROOMS if self._in_rooms else ATTEMPTS
+        self._attempts = attempts[: self._count]
+        wanted = self.device == "cpu" or self._in_rooms
+        self._compiled = CompiledField(net) if wanted and CompiledField.fits(net) else None
 
     def _refused(self, problems: Sequence[Problem]) -> list[Status | None]:
         """Why a problem need not be tried."""
@@ -150,7 +165,9 @@ class FieldPlanner(LearnedPlanner):
         return None if found is None else self._grown(found, start, goal)
 
     def _many(self, problems: Sequence[Problem], descent: Descent) -> list[Array | None]:
-        """The same for many problems at once."""
+        """The same for many problems; at once, but in rooms."""
+        if self._in_rooms:
+            return [self._one(p.start, p.goal, descent) for p in problems]
         starts = self._tensor(np.array([p.start for p in problems]))
         goals = self._tensor(np.array([p.goal for p in problems]))
         lower, upper = (

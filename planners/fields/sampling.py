@@ -41,12 +41,15 @@ class Space:
         lower, upper: (d,) corners of what holds all of free space, in the networks' space.
         clearance: (n, d) in the networks' space -> (n,), by d_max of the speed model.
         speed: clearances of any shape, by d_max, to speeds in 0..1.
+        least_clearance: by d_max, of points that are drawn at all. In rooms 0: what a field would
+            be within walls matters to no path, and is hard to learn.
     """
 
     lower: Array
     upper: Array
     clearance: Callable[[Array], Array]
     speed: Callable[[Array], Array]
+    least_clearance: float = -math.inf
 
     @staticmethod
     def of(env: Environment) -> Space:
@@ -59,11 +62,18 @@ class Space:
             upper,
             lambda x: env.rough_clearance(scale.grow(x)) / d_max,
             lambda clearance: env.speed_model(clearance * d_max),
+            0.0 if env.enclosed else -math.inf,
         )
 
     def uniform(self, rng: np.random.Generator, *shape: int) -> Array:
-        """Points (*shape, d) anywhere between the corners."""
-        return rng.uniform(self.lower, self.upper, (*shape, len(self.lower)))
+        """Points (*shape, d) anywhere between the corners where they may be drawn."""
+        points = rng.uniform(self.lower, self.upper, (math.prod(shape), len(self.lower)))
+        if self.least_clearance > -math.inf:
+            left = np.flatnonzero(self.clearance(points) <= self.least_clearance)
+            while len(left) > 0:
+                points[left] = rng.uniform(self.lower, self.upper, (len(left), len(self.lower)))
+                left = left[self.clearance(points[left]) <= self.least_clearance]
+        return points.reshape(*shape, len(self.lower))
 
 
 @dataclass(frozen=True)
@@ -109,6 +119,17 @@ class PointSampler:
         return rng.permutation(np.concatenate([near, self._space.uniform(rng, n - len(near))]))
 
 
+def in_balls(rng: np.random.Generator, centers: Array, plan: GroupPlan, n: int) -> Array:
+    """Points (g, n, d), uniform in balls of log-uniform radius about `centers` (g, 1, d)."""
+    groups, _, d = centers.shape
+    ends = math.log(plan.least_radius), math.log(plan.greatest_radius)
+    radii = np.exp(rng.uniform(*ends, (groups, 1, 1)))
+    direction = rng.normal(size=(groups, n, d))
+    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    points: Array = centers + radii * direction * rng.random((groups, n, 1)) ** (1 / d)
+    return points
+
+
 class GroupSampler:
     """Draws groups of configurations with the speed at each."""
 
@@ -131,11 +152,7 @@ class GroupSampler:
         plan, space = self._plan, self._space
         local = round(plan.local_share * plan.groups)
         centers = space.uniform(rng, local, 1)
-        ends = math.log(plan.least_radius), math.log(plan.greatest_radius)
-        radii = np.exp(rng.uniform(*ends, (local, 1, 1)))
-        direction = rng.normal(size=(local, n, centers.shape[-1]))
-        direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
-        balls = centers + radii * direction * rng.random((local, n, 1)) ** (1 / centers.shape[-1])
+        balls = in_balls(rng, centers, plan, n)
         spread = space.uniform(rng, plan.groups - local, n)
         return np.concatenate([np.clip(balls, space.lower, space.upper), spread])
 

@@ -221,7 +221,7 @@ def test_every_method_has_a_spec_and_describes_its_training() -> None:
         assert described(method.objective())["class"]
         assert method.settings()["recipe"]["steps"] > 0
     with pytest.raises(InputError, match="no time field is called"):
-        module.method("none")
+        module.method("none", envs.make("c3d"))
 
 
 def test_only_labelled_methods_see_fast_marching() -> None:

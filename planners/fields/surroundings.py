@@ -1,0 +1,169 @@
+"""What is about a robot that translates in 3-D, looked up in compiled code."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from envs import Environment
+from envs.collision.distance_grid import ClearanceGrid
+from envs.problem import Array
+from planners.scale import Scale
+
+_SPACING = 0.07
+"""Between the nodes of the grid of clearances, by d_max."""
+
+_SAMPLES_PER_REACH = 10
+"""Of the speed along a straight line, per d_max."""
+
+
+class View(NamedTuple):
+    """Clearances as compiled code sees them.
+
+    Lengths and positions are in the networks' space, clearances are by d_max.
+
+    Attributes:
+        clearance: (nx, ny, nz) on the nodes of a regular grid, float32.
+        lower, per_unit: (3,) its first node, and nodes by length along each axis.
+        reach: d_max.
+        least_speed: that at d_min.
+        contact_speed: that at contact, see `envs.speed.SpeedModel`.
+    """
+
+    clearance: NDArray[np.float32]
+    lower: Array
+    per_unit: Array
+    reach: float
+    least_speed: float
+    contact_speed: float
+
+
+NOWHERE = View(np.zeros((2, 2, 2), dtype=np.float32), np.zeros(3), np.zeros(3), 0.0, 1.0, 1.0)
+"""Where nothing is looked up."""
+
+
+class Surroundings:
+    """Clearances on a grid, of a robot that only translates in three dimensions.
+
+    Attributes:
+        lower, upper: (3,) corners of what holds all of free space, in the networks' space.
+        view: what compiled code is given.
+
+    Raises:
+        ValueError: the environment has another dimension.
+    """
+
+    def __init__(self, env: Environment) -> None:
+        if env.dimension != 3:
+            raise ValueError(f"only for three dimensions, not {env.dimension}")
+        scale, model = Scale.of(env), env.speed_model
+        self.lower, self.upper = (scale.shrink(corner) for corner in env.free_bounds)
+        reach = model.d_max / scale.extent
+        grid = ClearanceGrid(
+            lambda x: env.rough_clearance(scale.grow(x)) / model.d_max,
+            self.lower,
+            self.upper,
+            _SPACING * reach,
+        )
+        least = model.d_min / model.d_max
+        self.view = View(
+            grid.values, grid.lower, grid.per_unit, reach, least, model.contact or least
+        )
+
+    def __deepcopy__(self, memo: Any) -> Surroundings:
+        return self  # nothing in it changes
+
+    def clearance(self, x: Array) -> Array:
+        """Clearances (n,) at (n, 3), by d_max."""
+        found: Array = _clearances(self.view, np.ascontiguousarray(x, dtype=np.float64))
+        return found
+
+    def straight_times(self, a: Array, b: Array) -> Array:
+        """Travel times (...) along the straight lines from (..., 3) to (..., 3), infinite where
+        something is in the way."""
+        a, b = np.broadcast_arrays(a, b)
+        ends = (np.ascontiguousarray(x.reshape(-1, 3), dtype=np.float64) for x in (a, b))
+        times: Array = _straight_times(self.view, *ends).reshape(a.shape[:-1])
+        return times
+
+
+@lru_cache(maxsize=2)
+def surroundings_of(env: Environment) -> Surroundings:
+    """Those of an environment, which take seconds."""
+    return Surroundings(env)
+
+
+_jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
+# not all of fastmath: times are infinite where something is in the way
+
+
+@_jit
+def clearance_at(view: Any, x: float, y: float, z: float) -> float:
+    """Clearance by d_max, multilinearly interpolated; beyond the grid, its border goes on."""
+    values = view.clearance
+    nx, ny, nz = values.shape
+    x = min(max((x - view.lower[0]) * view.per_unit[0], 0.0), nx - 1.0)
+    y = min(max((y - view.lower[1]) * view.per_unit[1], 0.0), ny - 1.0)
+    z = min(max((z - view.lower[2]) * view.per_unit[2], 0.0), nz - 1.0)
+    i, j, k = min(int(x), nx - 2), min(int(y), ny - 2), min(int(z), nz - 2)
+    u, v, w = x - i, y - j, z - k
+    total = 0.0
+    for a in range(2):
+        for b in range(2):
+            along_z = values[i + a, j + b, k] * (1 - w) + values[i + a, j + b, k + 1] * w
+            total += (u if a else 1 - u) * (v if b else 1 - v) * along_z
+    return total
+
+
+@_jit
+def speed_at(view: Any, clearance: float) -> float:
+    """See `envs.speed.SpeedModel`."""
+    speed: float = min(max(clearance, view.least_speed), 1.0)
+    if clearance < view.least_speed and view.contact_speed < view.least_speed:
+        depth = 1 - max(clearance, 0.0) / view.least_speed
+        speed *= (view.contact_speed / view.least_speed) ** depth
+    return speed
+
+
+@_jit
+def uphill(view: Any, x: Any, slope: Any) -> None:
+    """Writes the gradient (3,) of the clearance at (3,), per length: central differences."""
+    for axis in range(3):
+        h = 1 / view.per_unit[axis]
+        dx, dy, dz = h * (axis == 0), h * (axis == 1), h * (axis == 2)
+        above = clearance_at(view, x[0] + dx, x[1] + dy, x[2] + dz)
+        below = clearance_at(view, x[0] - dx, x[1] - dy, x[2] - dz)
+        slope[axis] = (above - below) / (2 * h)
+
+
+@_jit
+def _clearances(view: Any, x: Any) -> Any:
+    found = np.empty(len(x))
+    for n in range(len(x)):
+        found[n] = clearance_at(view, x[n, 0], x[n, 1], x[n, 2])
+    return found
+
+
+@_jit
+def _straight_times(view: Any, a: Any, b: Any) -> Any:
+    times = np.empty(len(a))
+    for n in range(len(a)):
+        length = math.sqrt(((b[n] - a[n]) ** 2).sum())
+        samples = 2 + int(_SAMPLES_PER_REACH * length / view.reach)
+        slowness = 0.0
+        free = True
+        for s in range(samples):
+            t = (s + 0.5) / samples
+            x, y, z = a[n] + t * (b[n] - a[n])
+            clearance = clearance_at(view, x, y, z)
+            if clearance <= 0:
+                free = False
+                break
+            slowness += 1 / speed_at(view, clearance)
+        times[n] = length * slowness / samples if free else math.inf
+    return times
