@@ -101,17 +101,27 @@ class CompiledField:
         self, start: Single, goal: Single, lower: Single, upper: Single, descent: Descent
     ) -> Single | None:
         """See `execution.descend`, for one pair (d,)."""
-        ends = np.stack([start, goal]).astype(np.float32)
+        there, met = self._walk(np.stack([start, goal]), lower, upper, descent)
+        if met < 0:
+            return None
+        return np.concatenate([there[: met + 1, 0], there[met::-1, 1]])
+
+    def after(self, ends: Single, lower: Single, upper: Single, descent: Descent) -> Single:
+        """Where both ends (2, d) are in the end, whether they met or not."""
+        there, met = self._walk(ends, lower, upper, descent)
+        return there[met]
+
+    def _walk(
+        self, ends: Single, lower: Single, upper: Single, descent: Descent
+    ) -> tuple[Single, int]:
         moves = np.array(descent.moves)
-        there = np.empty((descent.most_steps + 1, 2, len(start)), dtype=np.float32)
+        there = np.empty((descent.most_steps + 1, *ends.shape), dtype=np.float32)
         how = (
             *(descent.step, descent.meeting, descent.most_steps),
             *(descent.true_speed, descent.margin),
         )
-        met = _descend(ends, moves, lower, upper, there, how, self._network)
-        if met < 0:
-            return None
-        return np.concatenate([there[: met + 1, 0], there[met::-1, 1]])
+        ends = ends.astype(np.float32)
+        return there, _descend(ends, moves, lower, upper, there, how, self._network)
 
 
 def _single(weights: Any) -> Single:

@@ -43,7 +43,7 @@ class LargestSubsolutionInRooms(LargestSubsolution):
             groups=64, starts=4, goals=4, near=NearSurfaces(0.5, nearest=0.0, farthest=1.1)
         )
     )
-    pull: tuple[float, float] = (0.3, 0.15)
+    pull: tuple[float, float] = (0.3, 0.05)
     straight_weight: float = 1.0
     slope_weight: float = 0.3
     same_ball: float = 0.3

@@ -16,7 +16,9 @@ from envs.problem import Array
 from planners.scale import Scale
 
 _SPACING = 0.07
-"""Between the nodes of the grid of clearances, by d_max."""
+"""Between the nodes of the grid of clearances, by d_max, unless there would be too many."""
+
+_MOST_NODES = 8e6
 
 _SAMPLES_PER_REACH = 10
 """Of the speed along a straight line, per d_max."""
@@ -64,11 +66,12 @@ class Surroundings:
         scale, model = Scale.of(env), env.speed_model
         self.lower, self.upper = (scale.shrink(corner) for corner in env.free_bounds)
         reach = model.d_max / scale.extent
+        volume = float(np.prod(self.upper - self.lower))
         grid = ClearanceGrid(
             lambda x: env.rough_clearance(scale.grow(x)) / model.d_max,
             self.lower,
             self.upper,
-            _SPACING * reach,
+            max(_SPACING * reach, (volume / _MOST_NODES) ** (1 / 3)),
         )
         least = model.d_min / model.d_max
         self.view = View(
