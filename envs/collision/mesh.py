@@ -39,6 +39,11 @@ class MeshQueries:
         distance: Array = np.sqrt(squared)
         return distance
 
+    def closest(self, points: Array) -> Array:
+        """The points (n, 3) of the surface that are closest to points (n, 3)."""
+        found: Array = self._tree.squared_distance(*self._arrays, np.ascontiguousarray(points))[2]
+        return found
+
     def is_inside(self, points: Array) -> NDArray[np.bool_]:
         """Whether the surface encloses points (n, 3), (n,) of bool.
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.distance_grid import ClearanceGrid
+from envs.collision.distance_grid import ClearanceGrid, grid_axes
+from envs.collision.distance_transform import distance_transform
 from envs.collision.fcl_model import Allowed
 from envs.collision.mesh import lids, queries
 from envs.collision.shapes import Mesh
@@ -131,8 +132,8 @@ class MeshWorld(PointWorld):
         if self.kind != "shell" and not read.closed:
             lid = lids(self._mesh)
         self.obstacles = [self._mesh] if lid is None else [self._mesh, lid]
-        whole = self._mesh if lid is None else self._mesh.joined(lid)
-        self._distance = self._queries if lid is None else queries(whole)
+        self._whole = self._mesh if lid is None else self._mesh.joined(lid)
+        self._distance = self._queries if lid is None else queries(self._whole)
         said = [f"{self._name}: {self.kind}, {len(read.faces)} faces"]
         if read.dropped:
             said.append(f"{read.dropped} degenerate ones dropped")
@@ -149,13 +150,21 @@ class MeshWorld(PointWorld):
         return lambda q: self._queries.is_inside(q) == wanted
 
     def rough_clearance(self, q: Array) -> Array:
-        """Off by at most `ROUGH` d_max, see `ClearanceGrid`."""
+        """Off by at most `ROUGH` d_max, but for one in a thousand, see `distance_transform`."""
         return self._grid(self.configurations(q))
 
     @cached_property
     def _grid(self) -> ClearanceGrid:
         spacing = ROUGH * self.speed_model.d_max * 2 / np.sqrt(self.dimension)
-        return ClearanceGrid(self.clearance, *self.free_bounds, spacing)
+        axes = grid_axes(*self.free_bounds, spacing)
+        closest = self._distance.closest
+        values = distance_transform(self._whole, closest, self._is_out, axes)
+        return ClearanceGrid(values - self.robot.radius, *self.free_bounds)
+
+    def _is_out(self, points: Array) -> Any:
+        """Whether points (n, 3) are where the robot may not be, (n,) of bool."""
+        allowed = self.allowed
+        return np.zeros(len(points), dtype=np.bool_) if allowed is None else ~allowed(points)
 
     @property
     def enclosed(self) -> bool:
@@ -173,10 +182,7 @@ class MeshWorld(PointWorld):
     def clearance(self, q: Array) -> Array:
         points = self.configurations(q)
         distance = self._distance.distance(points)
-        allowed = self.allowed
-        if allowed is not None:
-            distance = np.where(allowed(points), distance, -distance)
-        return distance - self.robot.radius
+        return np.where(self._is_out(points), -distance, distance) - self.robot.radius
 
     def definition(self) -> dict[str, Any]:
         return {

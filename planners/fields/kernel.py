@@ -109,7 +109,8 @@ class CompiledField:
     def after(self, ends: Single, lower: Single, upper: Single, descent: Descent) -> Single:
         """Where both ends (2, d) are in the end, whether they met or not."""
         there, met = self._walk(ends, lower, upper, descent)
-        return there[met]
+        last: Single = there[met]
+        return last
 
     def _walk(
         self, ends: Single, lower: Single, upper: Single, descent: Descent

@@ -67,7 +67,7 @@ class Surroundings:
         self.lower, self.upper = (scale.shrink(corner) for corner in env.free_bounds)
         reach = model.d_max / scale.extent
         volume = float(np.prod(self.upper - self.lower))
-        grid = ClearanceGrid(
+        grid = ClearanceGrid.sampled(
             lambda x: env.rough_clearance(scale.grow(x)) / model.d_max,
             self.lower,
             self.upper,

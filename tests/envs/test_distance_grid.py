@@ -18,7 +18,7 @@ def test_the_error_keeps_to_its_bound(middle: list[float], spacing: float) -> No
         away: np.ndarray = np.linalg.norm(q - middle, axis=1)
         return away
 
-    grid = ClearanceGrid(distance, LOWER, UPPER, spacing)
+    grid = ClearanceGrid.sampled(distance, LOWER, UPPER, spacing)
     q = np.random.default_rng(0).uniform(LOWER, UPPER, (200, 3))
     assert np.abs(grid(q) - distance(q)).max() <= np.sqrt(3) / 2 * spacing + 1e-6
 
@@ -27,7 +27,7 @@ def test_linear_functions_are_exact_and_go_on_beyond_the_border() -> None:
     def height(q: np.ndarray) -> np.ndarray:
         return q @ [1.0, -2.0, 3.0]
 
-    grid = ClearanceGrid(height, LOWER, UPPER, 0.3)
+    grid = ClearanceGrid.sampled(height, LOWER, UPPER, 0.3)
     q = np.random.default_rng(0).uniform(LOWER, UPPER, (200, 3))
     assert grid(q) == pytest.approx(height(q), abs=1e-5)
     beyond = np.array([[2.0, 1.0, 2.2]])
