@@ -13,10 +13,11 @@ from envs.problem import Array
 
 
 class SpeedGrid:
-    """An environment's speeds (equation 3) on the nodes of a regular grid.
+    """An environment's speeds (equation 3) on the nodes of a regular grid over its free space.
 
     Args:
-        resolution: nodes per axis.
+        resolution: nodes along the longest side of the environment's bounds. Where free space is
+            known to be smaller (`Environment.free_bounds`) there are fewer, as far apart.
         order: of the finite differences, 1 or 2.
 
     Attributes:
@@ -26,18 +27,21 @@ class SpeedGrid:
     """
 
     def __init__(self, env: Environment, resolution: int, order: int) -> None:
+        longest = float((env.upper - env.lower).max())
+        self.lower, upper = env.free_bounds
+        cells = np.ceil((upper - self.lower) / longest * (resolution - 1) - 1e-6).astype(int)
+        cells = np.maximum(cells, 4)
         self._axes = [
-            np.linspace(low, high, resolution)
-            for low, high in zip(env.lower, env.upper, strict=True)
+            np.linspace(low, high, n + 1)
+            for low, high, n in zip(self.lower, upper, cells, strict=True)
         ]
         self._env = env
         self._order = order
-        self.lower = env.lower
-        self.spacing: Array = (env.upper - env.lower) / (resolution - 1)
+        self.spacing: Array = (upper - self.lower) / cells
         self.radius = 1.5 * float(self.spacing.max())
         nodes = np.stack(np.meshgrid(*self._axes, indexing="ij"), axis=-1)
         speed = env.speed(nodes.reshape(-1, env.dimension))
-        self._speed = speed.reshape((resolution,) * env.dimension)
+        self._speed = speed.reshape(nodes.shape[:-1])
 
     def arrival_times(self, goal: Array) -> Array:
         """Times on the nodes, one axis a dimension, at which a front that leaves the sphere of
@@ -69,7 +73,8 @@ class SpeedGrid:
 
     def _interpolated(self, values: Array, q: Array) -> Array:
         """`values` on the nodes, multilinearly at configurations (n, d)."""
-        found: Array = RegularGridInterpolator(self._axes, values)(q)
+        upper = [axis[-1] for axis in self._axes]
+        found: Array = RegularGridInterpolator(self._axes, values)(np.clip(q, self.lower, upper))
         return found
 
     def _distance_to(self, goal: Array) -> Array:

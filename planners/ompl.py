@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Sequence
 from functools import cache
 from time import perf_counter
 from types import ModuleType
@@ -25,6 +27,12 @@ PAPERS = math.nan
 """Stands for the seconds of growing a roadmap that the paper's tables have: it plans with one
 where obstacles are meshes (Gibson), by LazyPRM*, and without one elsewhere."""
 _PAPERS_ROADMAP_S = 20.0
+
+_ROADMAP_QUERIES = 200
+_ROADMAP_GROWTH = 0.02
+"""The share of the time of growing a roadmap in which it is not yet asked for other paths. With
+more, it has many more edges than get checked: in a generated house, 20 s with a share of 0.25 then
+solved 27 of 30 problems, with 0.02 40 of 40."""
 
 _LEAD_S = 0.01
 _LEAD_SHARE = {"LazyPRMstar": 0.05, "AITstar": 0.1, "BITstar": 0.2}
@@ -110,8 +118,20 @@ class OmplPlanner(Planner):
         if seconds:
             util.RNG.setSeed(seed)
             self._kept = self._make(self._si)
-            [problem] = env.sample_problems(1, training_seed("ompl roadmap", seed))
-            self._run(self._kept, problem, seconds, stop_cost=0.0)
+            queries = env.sample_problems(_ROADMAP_QUERIES, training_seed("ompl roadmap", seed))
+            self._grow(queries, seconds)
+
+    def _grow(self, queries: Sequence[Problem], seconds: float) -> None:
+        """Grows the roadmap on one query for a share of the time. Then answers others, which
+        makes LazyPRM* check the edges that it will need."""
+        end = perf_counter() + seconds
+        self._run(self._kept, queries[0], _ROADMAP_GROWTH * seconds, stop_cost=0.0)
+        for query in itertools.cycle(queries[1:]):
+            left = end - perf_counter()
+            if left <= 0:
+                break
+            self._kept.clearQuery()
+            self._run(self._kept, query, left, stop_cost=math.inf)
 
     def _roadmap_seconds(self, env: Environment) -> float:
         if not math.isnan(self._roadmap_s):

@@ -42,6 +42,7 @@ class _Network(NamedTuple):
     out_bias: float
     scale: float
     below: float
+    opening: float
     smoothing: float
     held: Held
     about: View
@@ -76,6 +77,7 @@ class CompiledField:
             out_bias=float(generator.last.bias.item()),
             scale=generator.head.scale,
             below=generator.head.below,
+            opening=generator.head.opening,
             smoothing=SmoothSymmetric.smoothing,
             held=NO_MODES if net.rooms is None else net.rooms.modes.view,
             about=NOWHERE if net.rooms is None else net.rooms.surroundings.view,
@@ -221,7 +223,7 @@ def _pair(ends: Any, gradients: Any, net: Any) -> float:
         y = np.dot(z, net.blocks[block]) + net.blocks_bias[block]
         _squareplus(y, slopes[block])
         z += y
-    gate = 1 / (1 + math.exp(-(np.dot(z, net.out) + net.out_bias - 1)))
+    gate = 1 / (1 + math.exp(-(np.dot(z, net.out) + net.out_bias + net.opening)))
     back = net.out * np.float32(net.scale * gate * (1 - gate))
     for block in range(len(net.blocks) - 1, -1, -1):
         back += np.dot(net.blocks[block], back * slopes[block])

@@ -37,6 +37,7 @@ class FieldShape:
         width: of all hidden layers, and half of the number of features of a configuration.
         speed_ratio: the highest speed by the lowest, which bounds the stretch.
         below: how far the bounds of the stretch reach below 0.
+        opening: where between the bounds an untrained network's stretch is, as log odds.
         operator: how two configurations' features are combined, see `OPERATORS`.
         bounded: whether the stretch is bounded.
         workspace: whether there is a w-space encoder.
@@ -51,6 +52,7 @@ class FieldShape:
     generator_blocks: int = 2
     speed_ratio: float = 10.0
     below: float = 0.08
+    opening: float = -1.0
     operator: str = "smooth"
     bounded: bool = True
     workspace: bool = False
@@ -124,13 +126,14 @@ class CSpaceEncoder(nn.Module):
 class Bound(nn.Module):
     """A number mapped between -below and 1.1 log(speed ratio) - below, and the derivative."""
 
-    def __init__(self, speed_ratio: float, below: float) -> None:
+    def __init__(self, speed_ratio: float, below: float, opening: float) -> None:
         super().__init__()
         self.scale = 1.1 * math.log(speed_ratio)
         self.below = below
+        self.opening = opening
 
     def forward(self, y: Tensor) -> tuple[Tensor, Tensor]:
-        gate = torch.sigmoid(y - 1)
+        gate = torch.sigmoid(y + self.opening)
         return self.scale * gate - self.below, self.scale * gate * (1 - gate)
 
 
@@ -139,6 +142,10 @@ class Unbounded(nn.Module):
 
     def forward(self, y: Tensor) -> tuple[Tensor, Tensor]:
         return y, torch.ones_like(y)
+
+
+def _head(shape: FieldShape) -> Bound | Unbounded:
+    return Bound(shape.speed_ratio, shape.below, shape.opening) if shape.bounded else Unbounded()
 
 
 @dataclass(frozen=True)
@@ -160,7 +167,7 @@ class TimeFieldGenerator(nn.Module):
             nn.Linear(shape.width, shape.width) for _ in range(shape.generator_blocks)
         )
         self.last = nn.Linear(shape.width, 1)
-        self.head = Bound(shape.speed_ratio, shape.below) if shape.bounded else Unbounded()
+        self.head = _head(shape)
 
     def forward(self, features: Tensor) -> tuple[Tensor, Tape]:
         """Stretch (n,) for `features` (n, inputs), and what `back` needs."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numba
 import numpy as np
@@ -95,10 +95,14 @@ class Surroundings:
         return times
 
 
-@lru_cache(maxsize=2)
+_made: WeakKeyDictionary[Environment, Surroundings] = WeakKeyDictionary()
+
+
 def surroundings_of(env: Environment) -> Surroundings:
-    """Those of an environment, which take seconds."""
-    return Surroundings(env)
+    """Those of an environment, which take seconds: made once, kept as long as it is."""
+    if env not in _made:
+        _made[env] = Surroundings(env)
+    return _made[env]
 
 
 _jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"})

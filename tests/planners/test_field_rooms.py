@@ -68,7 +68,7 @@ def rooms(world: TwoRooms) -> RoomInputs:
 @pytest.fixture(scope="module")
 def net(rooms: RoomInputs) -> TimeField:
     torch.manual_seed(1)
-    shape = FieldShape(3, frequencies=8, width=32, below=0.9, speed_ratio=12.0, modes=MODES)
+    shape = FieldShape(3, frequencies=8, width=32, below=2.0, opening=0.0, modes=MODES)
     return TimeField(shape, rooms=rooms).eval()
 
 
