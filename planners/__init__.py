@@ -91,7 +91,7 @@ REGISTRY: Registry[Planner] = Registry(
         ),
         _field(
             "ntfields-nowenc",
-            "without the w-space encoder, as is ntfields",
+            "without a learned w-space encoder, as is ntfields",
             "ablations",
             method="ntfields",
         ),
