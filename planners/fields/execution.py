@@ -24,7 +24,10 @@ class Descent:
         true_speed: whether a step at a place is as long as the environment's speed there allows,
             instead of the field's own.
         margin: clearance, by d_max, out to which ends are pushed after a step, and out of which
-            they are not joined; 0 for none. As `true_speed`, only for compiled fields of rooms.
+            they are not joined; 0 for none.
+        escapes: how often an attempt goes on that has not met after `most_steps`: from the best
+            of some places that can be seen from an end and have a smaller T, best by T and the
+            time of going there. As the two before, only for compiled fields of rooms.
     """
 
     step: float = 0.03
@@ -33,6 +36,7 @@ class Descent:
     most_steps: int = 500
     true_speed: bool = False
     margin: float = 0.0
+    escapes: int = 0
 
 
 def descend(

@@ -14,8 +14,8 @@ from envs.collision.fcl_model import DEFAULT_TOLERANCE
 from envs.collision.paths import paths_are_free
 from envs.problem import Array
 from planners.base import Budget, PlannerResult, Status
+from planners.fields.compiled import CompiledField
 from planners.fields.execution import Descent, Field, descend, gradients
-from planners.fields.kernel import CompiledField
 from planners.fields.methods import method
 from planners.fields.networks import TimeField
 from planners.learned import LearnedPlanner, Trained, Training
@@ -34,10 +34,10 @@ ATTEMPTS = (
 
 ATTEMPTS_IN_ROOMS = (
     Descent(step=0.02, true_speed=True, margin=0.15),
+    Descent(step=0.02, most_steps=150, true_speed=True, margin=0.15, escapes=25),
     Descent(step=0.01, true_speed=True, margin=0.1),
     Descent(step=0.03),
     Descent(step=0.02, moves=(False, True), most_steps=700, true_speed=True, margin=0.1),
-    Descent(step=0.02, moves=(True, False), most_steps=700, true_speed=True, margin=0.1),
 )
 """The same in rooms, where a field is steep and least certain beside walls."""
 

@@ -91,7 +91,7 @@ class Surroundings:
         something is in the way."""
         a, b = np.broadcast_arrays(a, b)
         ends = (np.ascontiguousarray(x.reshape(-1, 3), dtype=np.float64) for x in (a, b))
-        times: Array = _straight_times(self.view, *ends).reshape(a.shape[:-1])
+        times: Array = straight_times(self.view, *ends).reshape(a.shape[:-1])
         return times
 
 
@@ -157,7 +157,8 @@ def _clearances(view: Any, x: Any) -> Any:
 
 
 @_jit
-def _straight_times(view: Any, a: Any, b: Any) -> Any:
+def straight_times(view: Any, a: Any, b: Any) -> Any:
+    """See `Surroundings.straight_times`, for ends (n, 3)."""
     times = np.empty(len(a))
     for n in range(len(a)):
         length = math.sqrt(((b[n] - a[n]) ** 2).sum())

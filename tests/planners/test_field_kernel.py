@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
+from planners.fields.compiled import CompiledField
 from planners.fields.execution import Descent, descend
-from planners.fields.kernel import CompiledField
 from planners.fields.networks import FieldShape, TimeField
 
 DESCENTS = [Descent(), Descent(step=0.01), Descent(moves=(True, False)), Descent(most_steps=3)]

@@ -13,8 +13,8 @@ import torch
 from envs.collision.shapes import Box
 from envs.scenes.boxes import BoxWorld
 from envs.speed import SpeedModel
+from planners.fields.compiled import CompiledField
 from planners.fields.execution import Descent, gradients
-from planners.fields.kernel import CompiledField
 from planners.fields.modes import modes_of
 from planners.fields.networks import FieldShape, TimeField
 from planners.fields.physics import steepness_along
@@ -267,3 +267,40 @@ def test_ends_on_both_sides_of_a_wall_are_not_joined(net: TimeField) -> None:
     assert compiled.descend(a, b, low, high, joined) is not None
     careful = Descent(step=1e-6, most_steps=1, meeting=0.1, margin=0.01)
     assert compiled.descend(a, b, low, high, careful) is None
+
+
+def test_an_escape_is_to_a_place_in_sight_with_a_smaller_time(net: TimeField) -> None:
+    compiled = CompiledField(net)
+    about = surroundings_of(TwoRooms())
+    low, high = np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32)
+
+    def time(ends: np.ndarray) -> float:
+        return float(np.exp(compiled.pair(*ends)[0]) * np.linalg.norm(ends[0] - ends[1]))
+
+    stays = Descent(step=1e-7, most_steps=1, meeting=1e-3, escapes=1)
+    escaped = 0
+    for start, goal in points(40).astype(np.float32).reshape(20, 2, 3):
+        ends = np.stack([start, goal])
+        found = compiled.escaped(ends, 0)
+        if found is not None:
+            escaped += 1
+            [end] = np.flatnonzero((found != ends).any(axis=1))
+            assert about.straight_times(ends[end], found[end]) < np.inf
+            assert time(found) < time(ends)
+    assert escaped > 10
+    assert compiled.descend(start, goal, low, high, stays) is None
+
+
+def test_a_path_with_escapes_is_in_one_piece(net: TimeField) -> None:
+    compiled = CompiledField(net)
+    low, high = np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32)
+    hasty = Descent(step=0.02, most_steps=2, meeting=0.3, true_speed=True, escapes=40)
+    paths = 0
+    for start, goal in points(40, 3).astype(np.float32).reshape(20, 2, 3):
+        path = compiled.descend(start, goal, low, high, hasty)
+        if path is not None:
+            paths += 1
+            assert (path[0] == start).all()
+            assert (path[-1] == goal).all()
+            assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= 5.0 * 4 / 20 + 1e-6
+    assert paths > 0

@@ -209,5 +209,6 @@ def test_shipped_weights_are_whole_small_and_say_how_they_were_made() -> None:
             assert read.validation[-1][1] >= 0.95 * read.validation[-1][2]
         by_planner.setdefault(read.planner, set()).add(read.env)
     eight = {"c3d", *(f"c3d:scene={i}" for i in range(1, 8))}
-    assert by_planner["ntfields"] == eight | {"box", "bunny"}
-    assert by_planner["ief3d"] == eight
+    houses = {"gibson-generated", "gibson-generated:scene=1"}
+    assert by_planner["ntfields"] == eight | {"box", "bunny"} | houses
+    assert by_planner["ief3d"] == eight | houses
