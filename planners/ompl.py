@@ -55,8 +55,9 @@ class OmplPlanner(Planner):
     Args:
         algorithm: the class in `ompl.geometric`.
         simplify: shorten and smooth the path with OMPL's PathSimplifier, on the clock.
-        roadmap_s: seconds of growing a roadmap offline, which is then kept (and goes on growing)
-            from problem to problem. 0 plans every problem from nothing. By default see `PAPERS`.
+        roadmap_s: at most so many seconds of growing a roadmap offline, which is then kept (and
+            goes on growing) from problem to problem. 0 plans every problem from nothing. By default
+            see `PAPERS`.
         parameters: of the OMPL planner, by OMPL's names ("range", "goal_bias", ...).
 
     Raises:
