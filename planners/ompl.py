@@ -55,9 +55,9 @@ class OmplPlanner(Planner):
     Args:
         algorithm: the class in `ompl.geometric`.
         simplify: shorten and smooth the path with OMPL's PathSimplifier, on the clock.
-        roadmap_s: at most so many seconds of growing a roadmap offline, which is then kept (and
-            goes on growing) from problem to problem. 0 plans every problem from nothing. By default
-            see `PAPERS`.
+        roadmap_s: at most so many seconds of growing a roadmap offline. PRM* keeps it, and lets it
+            grow, from problem to problem; LazyPRM*, whose later edges are unchecked, begins each
+            problem with it as it was. 0 plans every problem from nothing. By default see `PAPERS`.
         parameters: of the OMPL planner, by OMPL's names ("range", "goal_bias", ...).
 
     Raises:
@@ -81,6 +81,7 @@ class OmplPlanner(Planner):
         self._roadmap_s = roadmap_s
         self._parameters = {name: str(value) for name, value in parameters.items()}
         self._kept: Any = None
+        self._roadmap: Any = None
         if parameters:
             base, _, _ = _ompl()
             self._make(base.SpaceInformation(base.RealVectorStateSpace(2)))
@@ -126,12 +127,12 @@ class OmplPlanner(Planner):
         share = _GROWTH_OF_LAZY_ROADMAP if lazy else 1.0
         self._run(self._kept, problem, share * seconds, stop_cost=0.0)
         if lazy:
-            self._kept = self._checked(self._kept, end)
+            self._roadmap = self._checked(self._kept, end)
 
     def _checked(self, planner: Any, end: float) -> Any:
-        """A planner with the roadmap of another, without the edges that are found to be blocked
-        until `end`, on `time.perf_counter`."""
-        base, geometric, util = _ompl()
+        """A planner's roadmap without the edges that are found to be blocked until `end`, on
+        `time.perf_counter`."""
+        base, _, util = _ompl()
         data = base.PlannerData(self._si)
         planner.getPlannerData(data)
         data.decoupleFromPlanner()
@@ -148,8 +149,7 @@ class OmplPlanner(Planner):
                     data.removeEdge(i, j)
                     data.removeEdge(j, i)
         data.computeEdgeWeights(self._objective)
-        self._roadmap = data  # OMPL may hold what it does not own
-        return self._with_parameters(geometric.LazyPRMstar(data))
+        return data
 
     def _roadmap_seconds(self, env: Environment) -> float:
         if not math.isnan(self._roadmap_s):
@@ -160,7 +160,10 @@ class OmplPlanner(Planner):
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         _, geometric, util = _ompl()
         checks = self._model.checks
-        if self._kept is None:
+        if self._roadmap is not None:
+            util.RNG.setSeed(problem.seed)
+            planner = self._with_parameters(geometric.LazyPRMstar(self._roadmap))
+        elif self._kept is None:
             util.RNG.setSeed(problem.seed)
             planner = self._make(self._si)
         else:
