@@ -46,7 +46,7 @@ REGISTRY: Registry[Planner] = Registry(
         Spec(
             "fmm",
             "planners.fmm:FastMarching",
-            "fast marching on a 100-per-axis grid of the speed field (scikit-fmm)",
+            "fast marching on a grid of the speed field, 100 nodes along a side (scikit-fmm)",
             groups=("paper",),
         ),
         Spec(

@@ -18,7 +18,7 @@ class FastMarching(Planner):
     its own goal, so the field of arrival times is solved online.
 
     Args:
-        resolution: grid nodes per axis.
+        resolution: grid nodes along the longest side of the bounds, see `SpeedGrid`.
         order: of the finite differences, 1 or 2.
 
     Raises:

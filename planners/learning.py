@@ -104,13 +104,14 @@ def _begun(method: Method, env: Environment, how: Training) -> TrainingState:
     with torch.random.fork_rng():
         torch.manual_seed(derived_seed("weights", how.seed))
         net = method.network(env).to(checked_device(how.device))
+    if how.checkpoint.is_file():
+        state = TrainingState.begin(net, method.recipe)
+        state.load(how.checkpoint)
+        return state
     begin = monotonic()
-    if not how.checkpoint.is_file():
-        method.survey(net, how.seed)
+    method.survey(net, how.seed)
     state = TrainingState.begin(net, method.recipe)
     state.data_s = monotonic() - begin
-    if how.checkpoint.is_file():
-        state.load(how.checkpoint)
     return state
 
 

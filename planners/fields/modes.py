@@ -62,7 +62,7 @@ class Modes(nn.Module):
         self.register_buffer("free", torch.zeros(4, dtype=torch.uint8))
         self.register_buffer("table", torch.zeros((0, count), dtype=torch.int16))
         self.register_buffer("unit", torch.ones(count))
-        self.held: Held | None = None
+        self._held: Held | None = None
 
     def solve(self, seed: int) -> None:
         """Computes the modes of the largest component of free space."""
@@ -75,13 +75,13 @@ class Modes(nn.Module):
     @property
     def view(self) -> Held:
         """What compiled code is given."""
-        if self.held is None:
+        if self._held is None:
             shape = tuple(int(n) for n in self.shape)
             bits = np.unpackbits(self.free.cpu().numpy())[: int(np.prod(shape))]
             free = bits.reshape(shape).astype(np.bool_)
             table = self.table.cpu().numpy() * self.unit.cpu().numpy()
-            self.held = Held.of(free, table.astype(np.float32), self._surroundings)
-        return self.held
+            self._held = Held.of(free, table.astype(np.float32), self._surroundings)
+        return self._held
 
     def _keep(self, free: NDArray[np.bool_], values: Array) -> None:
         """Takes values (nodes, m) at free nodes, in sixteen bits each."""
@@ -90,7 +90,7 @@ class Modes(nn.Module):
         self.free = torch.from_numpy(np.packbits(free))
         self.table = torch.from_numpy(np.rint(values / unit).astype(np.int16))
         self.unit = torch.from_numpy(unit.astype(np.float32))
-        self.held = None
+        self._held = None
 
     def _lengths_by_resistance(self, seed: int) -> float:
         about, view = self._surroundings, self._surroundings.view
@@ -109,7 +109,7 @@ class Modes(nn.Module):
                 setattr(self, name, torch.empty_like(state[prefix + name]))
         if self.table.ndim != 2 or self.table.shape[1] != self.count:
             raise ValueError(f"there should be {self.count} modes")
-        self.held = None
+        self._held = None
         super()._load_from_state_dict(state, prefix, *rest)
 
 
@@ -125,7 +125,7 @@ class _FreeGraph:
         while True:
             shape = np.ceil((about.upper - about.lower) / spacing).astype(int) + 1
             shape = np.maximum(shape, 3)  # for quadratic splines
-            nodes = nodes_of(about, shape)
+            nodes = _nodes_of(about, shape)
             clear = about.clearance(nodes.reshape(-1, 3)) > _LEAST_CLEARANCE
             if clear.sum() <= _MOST_NODES:
                 break
@@ -177,7 +177,7 @@ class _FreeGraph:
         return laplacian.tocsc(), members
 
 
-def nodes_of(about: Surroundings, shape: Any) -> Array:
+def _nodes_of(about: Surroundings, shape: Any) -> Array:
     """Positions (nx, ny, nz, 3) of the nodes of the regular grid of a shape (3,)."""
     axes = [np.linspace(a, b, n) for a, b, n in zip(about.lower, about.upper, shape, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)

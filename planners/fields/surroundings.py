@@ -19,6 +19,7 @@ _SPACING = 0.07
 """Between the nodes of the grid of clearances, by d_max, unless there would be too many."""
 
 _MOST_NODES = 8e6
+"""Of that grid, to bound its time and memory."""
 
 _SAMPLES_PER_REACH = 10
 """Of the speed along a straight line, per d_max."""
@@ -31,7 +32,7 @@ class View(NamedTuple):
 
     Attributes:
         clearance: (nx, ny, nz) on the nodes of a regular grid, float32.
-        lower, per_unit: (3,) its first node, and nodes by length along each axis.
+        lower, per_unit: (3,) its first node, and cells by length along each axis.
         reach: d_max.
         least_speed: that at d_min.
         contact_speed: that at contact, see `envs.speed.SpeedModel`.
