@@ -205,12 +205,11 @@ def _paper_rule(worlds: list[Environment]) -> str:
     which a default should not cost."""
     mpnet = planners.make("mpnet")
     assert isinstance(mpnet, LearnedPlanner)
-    if all(
-        mpnet.unsupported(world) is None and mpnet.weights_file(world) is not None
-        for world in worlds
-    ):
+    reason = next(filter(None, map(mpnet.unsupported, worlds)), None)
+    if reason is None and all(mpnet.weights_file(world) is not None for world in worlds):
         return "match:mpnet"
-    logger.info("--stop paper: mpnet is not ready here, so fmm sets the length to match")
+    why = reason or "it has no weights here"
+    logger.info("--stop paper: fmm sets the length to match, as mpnet does not: %s", why)
     return "match:fmm"
 
 
