@@ -14,10 +14,12 @@ import numpy as np
 
 from envs.problem import Array
 from envs.seeding import stream
+from planners.fields.encoder import SineBlock
 from planners.fields.execution import Descent
+from planners.fields.generator import Bound
 from planners.fields.kernel import Network, Single, pair
 from planners.fields.modes import NO_MODES
-from planners.fields.networks import Bound, SineBlock, TimeField
+from planners.fields.networks import TimeField
 from planners.fields.operators import SmoothSymmetric
 from planners.fields.surroundings import (
     NOWHERE,

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from envs import Environment, InputError
 from planners.fields.labels import LabelPlan
-from planners.fields.networks import FieldShape, TimeField
+from planners.fields.networks import TimeField
 from planners.fields.objectives import (
     LargestSubsolution,
     Regression,
@@ -21,6 +21,7 @@ from planners.fields.paper import PaperField, PublishedPhysics
 from planners.fields.rooms import RoomInputs
 from planners.fields.sampling import GroupPlan, NearSurfaces
 from planners.fields.segments import LargestSubsolutionInRooms
+from planners.fields.shape import FieldShape
 from planners.fields.workspace import occupancy
 from planners.learning import Method
 from planners.scale import Scale, cloud

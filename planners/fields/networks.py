@@ -12,181 +12,15 @@ Both are ordinary tensor code, so training needs one backward pass instead of tw
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import cast
-
 import torch
 from torch import Tensor, nn
-from torch.nn import functional
 
-from planners.fields.activations import sine, squareplus
-from planners.fields.operators import OPERATORS, Operator
-from planners.fields.rooms import CLEARANCES, RoomInputs
+from planners.fields.encoder import CSpaceEncoder
+from planners.fields.generator import TimeFieldGenerator
+from planners.fields.operators import OPERATORS, Operator, contract
+from planners.fields.rooms import CLEARANCES, RoomInputs, effective_resistance, resistance_stretch
+from planners.fields.shape import FieldShape
 from planners.fields.workspace import WSpaceEncoder
-
-
-@dataclass(frozen=True)
-class FieldShape:
-    """What a network is made of.
-
-    Attributes:
-        dimension: d.
-        frequencies: number of random Fourier features.
-        bandwidth: standard deviation of their frequencies, in periods per side of the space.
-        width: of all hidden layers, and half of the number of features of a configuration.
-        speed_ratio: the highest speed by the lowest, which bounds the stretch.
-        below: how far the bounds of the stretch reach below 0.
-        opening: where between the bounds an untrained network's stretch is, as log odds.
-        operator: how two configurations' features are combined, see `OPERATORS`.
-        bounded: whether the stretch is bounded.
-        workspace: whether there is a w-space encoder.
-        modes: how many modes of free space are inputs; 0 but in rooms.
-    """
-
-    dimension: int
-    frequencies: int = 32
-    bandwidth: float = 0.7
-    width: int = 128
-    encoder_blocks: int = 2
-    generator_blocks: int = 2
-    speed_ratio: float = 10.0
-    below: float = 0.08
-    opening: float = -1.0
-    operator: str = "smooth"
-    bounded: bool = True
-    workspace: bool = False
-    modes: int = 0
-
-    @property
-    def features(self) -> int:
-        """Of one configuration."""
-        return (4 if self.workspace else 2) * self.width
-
-
-class SineBlock(nn.Module):
-    """A residual block of two sine layers that carries a Jacobian along."""
-
-    def __init__(self, width: int) -> None:
-        super().__init__()
-        self.first = nn.Linear(width, width)
-        self.second = nn.Linear(width, width)
-
-    def forward(self, x: Tensor, jacobian: Tensor) -> tuple[Tensor, Tensor]:
-        """New features (n, w) and Jacobian (k, n, w)."""
-        y, dy = _sine_layer(self.first, x, jacobian)
-        y, dy = _sine_layer(self.second, y, dy)
-        return x + y, jacobian + dy
-
-
-class CSpaceEncoder(nn.Module):
-    """Features of configurations and their Jacobian.
-
-    Linear and random Fourier inputs, and those of rooms, then residual blocks of sine layers.
-    """
-
-    def __init__(self, shape: FieldShape) -> None:
-        super().__init__()
-        inputs = shape.dimension + 2 * shape.frequencies
-        if shape.modes:
-            inputs += CLEARANCES + shape.modes
-        self.waves: Tensor
-        self.register_buffer(
-            "waves", shape.bandwidth * torch.randn(shape.frequencies, shape.dimension)
-        )
-        self.first = nn.Linear(inputs, shape.width)
-        self.blocks = nn.ModuleList(SineBlock(shape.width) for _ in range(shape.encoder_blocks))
-        self.last = nn.Linear(shape.width, 2 * shape.width)
-
-    def forward(
-        self, q: Tensor, directions: Tensor, more: tuple[Tensor, Tensor] | None = None
-    ) -> tuple[Tensor, Tensor]:
-        """Features (n, 2 width) of configurations (n, d), and their derivatives (k, n, 2 width)
-        along `directions` (k, d); `more` are further inputs with theirs."""
-        x, jacobian = self._inputs(q, directions)
-        if more is not None:
-            x = torch.cat([x, more[0]], dim=-1)
-            jacobian = torch.cat([jacobian, more[1]], dim=-1)
-        x, jacobian = _sine_layer(self.first, x, jacobian)
-        for block in self.blocks:
-            x, jacobian = block(x, jacobian)
-        return self.last(x), functional.linear(jacobian, self.last.weight)
-
-    def _inputs(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
-        phase = q @ self.waves.T * (2 * math.pi)
-        sine, cosine = phase.sin(), phase.cos()
-        turn = (2 * math.pi * directions @ self.waves.T)[:, None, :]
-        straight = 2 * directions[:, None, :].expand(-1, *q.shape)
-        return (
-            torch.cat([2 * q, sine, cosine], dim=-1),
-            torch.cat([straight, cosine * turn, -sine * turn], dim=-1),
-        )
-
-
-class Bound(nn.Module):
-    """A number mapped between -below and 1.1 log(speed ratio) - below, and the derivative."""
-
-    def __init__(self, speed_ratio: float, below: float, opening: float) -> None:
-        super().__init__()
-        self.scale = 1.1 * math.log(speed_ratio)
-        self.below = below
-        self.opening = opening
-
-    def forward(self, y: Tensor) -> tuple[Tensor, Tensor]:
-        gate = torch.sigmoid(y + self.opening)
-        return self.scale * gate - self.below, self.scale * gate * (1 - gate)
-
-
-class Unbounded(nn.Module):
-    """A number as it is, and the derivative."""
-
-    def forward(self, y: Tensor) -> tuple[Tensor, Tensor]:
-        return y, torch.ones_like(y)
-
-
-def _head(shape: FieldShape) -> Bound | Unbounded:
-    return Bound(shape.speed_ratio, shape.below, shape.opening) if shape.bounded else Unbounded()
-
-
-@dataclass(frozen=True)
-class Tape:
-    """What the generator remembers for its reverse pass: the slopes of its layers."""
-
-    first: Tensor
-    blocks: list[Tensor]
-    head: Tensor
-
-
-class TimeFieldGenerator(nn.Module):
-    """Stretch from the combined features of two configurations."""
-
-    def __init__(self, shape: FieldShape, inputs: int) -> None:
-        super().__init__()
-        self.first = nn.Linear(inputs, shape.width)
-        self.blocks = nn.ModuleList(
-            nn.Linear(shape.width, shape.width) for _ in range(shape.generator_blocks)
-        )
-        self.last = nn.Linear(shape.width, 1)
-        self.head = _head(shape)
-
-    def forward(self, features: Tensor) -> tuple[Tensor, Tape]:
-        """Stretch (n,) for `features` (n, inputs), and what `back` needs."""
-        x, first = squareplus(self.first(features))
-        slopes = []
-        for layer in self.blocks:
-            y, slope = squareplus(layer(x))
-            slopes.append(slope)
-            x = x + y
-        stretch, head = self.head(self.last(x))
-        return stretch.squeeze(-1), Tape(first, slopes, head)
-
-    def back(self, tape: Tape) -> Tensor:
-        """Derivative (n, inputs) of the stretch by the features."""
-        back = tape.head * self.last.weight
-        layers = cast(list[nn.Linear], list(self.blocks))
-        for layer, slope in zip(reversed(layers), reversed(tape.blocks), strict=True):
-            back = back + (back * slope) @ layer.weight
-        return (back * tape.first) @ self.first.weight
 
 
 class TimeField(nn.Module):
@@ -265,7 +99,7 @@ class TimeField(nn.Module):
         if self.rooms is None:
             return stretch
         distance = (sources[:, None] - goals).norm(dim=-1)
-        resistance = ((at_source[..., f:] - at_goal[..., f:]) / 2).square().sum(-1)
+        resistance = effective_resistance(at_source[..., f:] - at_goal[..., f:])
         return stretch + torch.log1p(resistance / distance)
 
     def _axes(self, like: Tensor) -> Tensor:
@@ -302,50 +136,18 @@ class TimeField(nn.Module):
         toward_start, toward_goal = self.operator.back(back, bend)
         found = (
             stretch.reshape(shape),
-            _contract(toward_start, by_start[..., :f]),
-            _contract(toward_goal, by_goal[..., :f]),
+            contract(toward_start, by_start[..., :f]),
+            contract(toward_goal, by_goal[..., :f]),
         )
         if self.rooms is None:
             return found
         apart = at_start[..., f:] - at_goal[..., f:]
-        lifted = _resistance_stretch(apart, by_start[..., f:], by_goal[..., f:], offset)
+        lifted = resistance_stretch(apart, by_start[..., f:], by_goal[..., f:], offset)
         base, at_one, at_other = (a + b for a, b in zip(found, lifted, strict=True))
         return base, at_one, at_other
-
-
-def _resistance_stretch(
-    apart: Tensor, by_start: Tensor, by_goal: Tensor, offset: Tensor
-) -> tuple[Tensor, Tensor, Tensor]:
-    """log((|offset| + |apart / 2|^2) / |offset|) (...) and its gradients (..., d) at both ends.
-
-    Args:
-        apart: (..., m), start's modes minus goal's.
-        by_start, by_goal: (d, ..., m), the modes' derivatives at each.
-        offset: (..., d), start minus goal.
-    """
-    offset = offset + 1e-6  # never zero
-    distance = offset.norm(dim=-1, keepdim=True)
-    toward = offset / distance
-    whole = distance + (apart / 2).square().sum(-1, keepdim=True)
-    near = toward / distance
-    return (
-        torch.log(whole / distance).squeeze(-1),
-        (toward + _contract(apart, by_start) / 2) / whole - near,
-        near - (toward + _contract(apart, by_goal) / 2) / whole,
-    )
 
 
 def _halves_joined(a: Tensor, b: Tensor) -> Tensor:
     """Two kinds of features as one, first halves first: operators treat the halves apart."""
     (a0, a1), (b0, b1) = a.chunk(2, dim=-1), b.chunk(2, dim=-1)
     return torch.cat([a0, b0, a1, b1], dim=-1)
-
-
-def _contract(by_features: Tensor, jacobian: Tensor) -> Tensor:
-    """Derivatives by features (..., w) and their Jacobian (d, ..., w) to gradients (..., d)."""
-    return torch.stack([(by_features * column).sum(-1) for column in jacobian], dim=-1)
-
-
-def _sine_layer(layer: nn.Linear, x: Tensor, jacobian: Tensor) -> tuple[Tensor, Tensor]:
-    y, slope = sine(layer(x))
-    return y, slope * functional.linear(jacobian, layer.weight)

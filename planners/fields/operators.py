@@ -76,6 +76,11 @@ class Concatenation:
         return by_a, by_b
 
 
+def contract(by_features: Tensor, jacobian: Tensor) -> Tensor:
+    """Derivatives by features (..., w) and their Jacobian (d, ..., w) to gradients (..., d)."""
+    return torch.stack([(by_features * column).sum(-1) for column in jacobian], dim=-1)
+
+
 OPERATORS: dict[str, type[SmoothSymmetric] | type[MaxMin] | type[Concatenation]] = {
     "smooth": SmoothSymmetric,
     "maxmin": MaxMin,

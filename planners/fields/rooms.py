@@ -17,6 +17,7 @@ from torch import Tensor, nn
 from envs import Environment
 from envs.problem import Array
 from planners.fields.modes import Modes, modes_at
+from planners.fields.operators import contract
 from planners.fields.surroundings import clearance_at, surroundings_of, uphill
 
 _OFFSETS = 0.6 * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
@@ -63,6 +64,33 @@ class RoomInputs(nn.Module):
         rows = np.zeros((len(x), 4, self.size))
         _all_inputs(self.modes.view, self.surroundings.view, x, slopes, rows)
         return rows
+
+
+def effective_resistance(apart: Tensor) -> Tensor:
+    """Between pairs of places (...), from the differences (..., m) of their modes."""
+    return (apart / 2).square().sum(-1)
+
+
+def resistance_stretch(
+    apart: Tensor, by_start: Tensor, by_goal: Tensor, offset: Tensor
+) -> tuple[Tensor, Tensor, Tensor]:
+    """log((|offset| + |apart / 2|^2) / |offset|) (...) and its gradients (..., d) at both ends.
+
+    Args:
+        apart: (..., m), start's modes minus goal's.
+        by_start, by_goal: (d, ..., m), the modes' derivatives at each.
+        offset: (..., d), start minus goal.
+    """
+    offset = offset + 1e-6  # never zero
+    distance = offset.norm(dim=-1, keepdim=True)
+    toward = offset / distance
+    whole = distance + effective_resistance(apart)[..., None]
+    near = toward / distance
+    return (
+        torch.log(whole / distance).squeeze(-1),
+        (toward + contract(apart, by_start) / 2) / whole - near,
+        near - (toward + contract(apart, by_goal) / 2) / whole,
+    )
 
 
 _jit = numba.njit(cache=True, fastmath=True)

@@ -7,7 +7,8 @@ import torch
 from torch import Tensor, nn
 
 from planners.fields.execution import Descent, descend
-from planners.fields.networks import FieldShape, TimeField
+from planners.fields.networks import TimeField
+from planners.fields.shape import FieldShape
 
 LOWER, UPPER = torch.full((3,), -0.5), torch.full((3,), 0.5)
 

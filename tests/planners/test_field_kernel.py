@@ -8,7 +8,8 @@ import torch
 
 from planners.fields.compiled import CompiledField
 from planners.fields.execution import Descent, descend
-from planners.fields.networks import FieldShape, TimeField
+from planners.fields.networks import TimeField
+from planners.fields.shape import FieldShape
 
 DESCENTS = [Descent(), Descent(step=0.01), Descent(moves=(True, False)), Descent(most_steps=3)]
 

@@ -16,11 +16,12 @@ from envs.speed import SpeedModel
 from planners.fields.compiled import CompiledField
 from planners.fields.execution import Descent, gradients
 from planners.fields.modes import modes_of
-from planners.fields.networks import FieldShape, TimeField
+from planners.fields.networks import TimeField
 from planners.fields.physics import steepness_along
 from planners.fields.rooms import CLEARANCES, RoomInputs
 from planners.fields.sampling import Space
 from planners.fields.segments import LargestSubsolutionInRooms
+from planners.fields.shape import FieldShape
 from planners.fields.surroundings import Surroundings, surroundings_of
 
 MODES = 6

@@ -8,7 +8,8 @@ from torch.nn import functional
 
 from envs import Environment
 from planners.fields.methods import occupancy_of
-from planners.fields.networks import FieldShape, TimeField
+from planners.fields.networks import TimeField
+from planners.fields.shape import FieldShape
 from planners.fields.workspace import VOXELS, WSpaceEncoder, occupancy
 
 AXES = torch.eye(3, dtype=torch.float64)

@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from planners import training
-from planners.fields.networks import FieldShape, TimeField
+from planners.fields.networks import TimeField
 from planners.fields.objectives import LargestSubsolution
 from planners.fields.sampling import (
     GroupPlan,
@@ -17,6 +17,7 @@ from planners.fields.sampling import (
     NearSurfaces,
     Space,
 )
+from planners.fields.shape import FieldShape
 from planners.training import (
     Batch,
     Minutes,
