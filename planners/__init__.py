@@ -87,13 +87,8 @@ REGISTRY: Registry[Planner] = Registry(
                 ("ntfields-nosym", "ntfields without symmetry: features concatenated"),
                 ("ntfields-wenc", "ntfields with the w-space encoder, brought in gradually"),
                 ("ntfields-wenc-early", "ntfields with the w-space encoder from the start"),
+                ("ntfields-nowenc", "ntfields without any w-space encoding"),
             )
-        ),
-        _field(
-            "ntfields-nowenc",
-            "without a learned w-space encoder, as is ntfields",
-            "ablations",
-            method="ntfields",
         ),
     ],
     entry_point_group="bench.planners",

@@ -37,13 +37,18 @@ _MODES = 16
 """Of free space, in rooms."""
 
 
+def bandwidth(env: Environment) -> float:
+    """See `FieldShape`."""
+    periods = _BANDWIDTH_IN_ROOMS if env.enclosed else _BANDWIDTH
+    return periods * Scale.of(env).extent / env.speed_model.d_max
+
+
 def small(**shape: Any) -> Callable[[Environment], TimeField]:
     """Makes networks of `FieldShape`, with what differs from its defaults."""
 
     def network(env: Environment) -> TimeField:
-        model = env.speed_model
-        bandwidth = _BANDWIDTH * Scale.of(env).extent / model.d_max
-        made = FieldShape(env.dimension, speed_ratio=model.ratio, bandwidth=bandwidth, **shape)
+        ratio = env.speed_model.ratio
+        made = FieldShape(env.dimension, speed_ratio=ratio, bandwidth=bandwidth(env), **shape)
         return TimeField(made, occupancy_of(env) if made.workspace else None)
 
     return network
@@ -55,13 +60,12 @@ def for_rooms(env: Environment) -> TimeField:
     Its stretch is relative to distance plus effective resistance, which is T within a factor of
     two in most places, and several times T where the way is narrow, as on stairs.
     """
-    bandwidth = _BANDWIDTH_IN_ROOMS * Scale.of(env).extent / env.speed_model.d_max
     made = FieldShape(
         env.dimension,
         speed_ratio=32.0,
         below=2.0,
         opening=0.0,
-        bandwidth=bandwidth,
+        bandwidth=bandwidth(env),
         modes=_MODES,
     )
     return TimeField(made, rooms=RoomInputs(env, _MODES))
@@ -96,6 +100,7 @@ METHODS: dict[str, Method] = {
         expected_minutes=2.0,
     ),
     "ntfields-nosym": Method(small(operator="concatenation"), LargestSubsolution),
+    "ntfields-nowenc": Method(small(), LargestSubsolution),
     "ntfields-wenc": Method(
         small(workspace=True), lambda: WithWorkspace(LargestSubsolution()), expected_minutes=8.0
     ),
@@ -121,13 +126,30 @@ METHODS: dict[str, Method] = {
     ),
 }
 
+_STEPS_IN_ROOMS = Recipe(steps=8000)
+
 IN_ROOMS: dict[str, Method] = {
     "ntfields": Method(
         for_rooms,
         LargestSubsolutionInRooms,
-        Recipe(steps=8000),
+        _STEPS_IN_ROOMS,
         expected_minutes=15.0,
         survey=survey,
+    ),
+    "ntfields-nowenc": Method(
+        small(), LargestSubsolutionInRooms, _STEPS_IN_ROOMS, expected_minutes=10.0
+    ),
+    "ntfields-wenc": Method(
+        small(workspace=True),
+        lambda: WithWorkspace(LargestSubsolutionInRooms()),
+        _STEPS_IN_ROOMS,
+        expected_minutes=20.0,
+    ),
+    "ntfields-wenc-early": Method(
+        small(workspace=True),
+        lambda: WithWorkspace(LargestSubsolutionInRooms(), lambda_from=0.0, lambda_to=0.0),
+        _STEPS_IN_ROOMS,
+        expected_minutes=20.0,
     ),
     "ief3d": Method(
         for_rooms,
