@@ -6,6 +6,7 @@ import logging
 from dataclasses import dataclass
 from pathlib import Path
 
+import igl
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
@@ -44,6 +45,7 @@ def read_mesh(file: str | Path) -> FileMesh:
     """Reads an OBJ, PLY, OFF, STL or GLB file; all its meshes are taken as one.
 
     Vertices at the same place become one, and degenerate faces (no area) are dropped and counted.
+    Faces of a connected part that are not wound alike are turned as most of its area is.
 
     Raises:
         InputError: there is no such file, or it holds no usable mesh.
@@ -85,6 +87,9 @@ def _cleaned(mesh: trimesh.Trimesh, file: str | Path) -> FileMesh:
     mesh.remove_unreferenced_vertices()
     if len(mesh.faces) == 0:
         raise InputError(f"{file} holds degenerate faces only")
+    if not mesh.is_winding_consistent:
+        faces = _wound_alike(np.array(mesh.faces, dtype=np.int64), mesh.area_faces)
+        mesh = trimesh.Trimesh(mesh.vertices, faces, process=False)
     return FileMesh(
         np.asarray(mesh.vertices, dtype=np.float64),
         np.asarray(mesh.faces, dtype=np.int64),
@@ -92,3 +97,13 @@ def _cleaned(mesh: trimesh.Trimesh, file: str | Path) -> FileMesh:
         closed=bool(mesh.is_watertight and mesh.is_winding_consistent),
         outward=bool(np.linalg.det(mesh.triangles).sum() > 0),  # six times the volume
     )
+
+
+def _wound_alike(faces: NDArray[np.int64], area: Array) -> NDArray[np.int64]:
+    """Faces (m, 3) with each connected part's wound as the most of its area (m,) is: what is inside
+    is told from winding numbers, which faces that are turned round spoil."""
+    turned, part = igl.bfs_orient(faces)
+    changed = (turned != faces).any(axis=1)
+    mostly = np.bincount(part, area * changed) > np.bincount(part, area) / 2
+    alike: NDArray[np.int64] = np.where((changed ^ mostly[part])[:, None], faces[:, ::-1], faces)
+    return alike

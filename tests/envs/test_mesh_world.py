@@ -150,6 +150,22 @@ def test_every_format_is_read(ending: str, tmp_path: Path) -> None:
     assert np.ptp(read.vertices, axis=0) == pytest.approx([1, 2, 3])
 
 
+@pytest.mark.parametrize("whole, kind", [("ball", "solid"), ("room", "interior")])
+def test_faces_that_are_turned_round_are_turned_back(
+    whole: str, kind: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    right = request.getfixturevalue(whole)
+    mesh = trimesh.load_mesh(right, process=False)
+    rng = np.random.default_rng(0)
+    turned = rng.random(len(mesh.faces)) < 0.3
+    faces = np.where(turned[:, None], mesh.faces[:, ::-1], mesh.faces)
+    wrong = saved(trimesh.Trimesh(mesh.vertices, faces, process=False), tmp_path / "wrong.ply")
+    world = MeshWorld(wrong)
+    assert world.kind == kind
+    q = rng.uniform(-9, 9, (300, 3))
+    assert world.clearance(q) == pytest.approx(MeshWorld(right).clearance(q))
+
+
 def test_degenerate_faces_are_dropped_and_counted(tmp_path: Path) -> None:
     file = tmp_path / "some.obj"
     file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 1 3\n")
