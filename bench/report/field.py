@@ -42,12 +42,12 @@ class Slice:
 
     @staticmethod
     def through(env: Environment, source: Array | None = None) -> Slice:
-        """The slice through a source, by default one near a corner of the fullest plane.
+        """The slice through a source, by default one near a corner of a plane that shows much.
 
         Raises:
             InputError: the source has another dimension, is out of bounds or in collision.
         """
-        chosen = _near_corner(env, _in_fullest_plane(env)) if source is None else source
+        chosen = _near_corner(env, _in_telling_plane(env)) if source is None else source
         _check_source(env, chosen)
         lower, upper = env.free_bounds
         spacing = (upper - lower)[:2].max() / (PER_AXIS - 1)
@@ -102,13 +102,13 @@ def errors(fields: Mapping[str, Field], reference: Field, where: Slice) -> pd.Da
 
 
 def draw(fields: Mapping[str, Field], table: pd.DataFrame, where: Slice, file: Path) -> None:
-    """One column a planner: colour is the predicted speed, lines are arrival times.
+    """One column a planner: colour is the predicted speed, lines are arrival times in free space.
 
     Raises:
         InputError: the file cannot be written as an image.
     """
     shape = len(where.axes[1]), len(where.axes[0])
-    finite = [f.times[np.isfinite(f.times)] for f in fields.values()]
+    finite = [f.times[where.free & np.isfinite(f.times)] for f in fields.values()]
     levels = np.linspace(0, max(float(np.quantile(t, 0.99)) for t in finite), _CONTOURS)
     with mpl.rc_context({"font.size": 9}):
         figure = Figure(figsize=(3.2 * len(fields) + 0.8, 3.6), layout="constrained")
@@ -125,9 +125,8 @@ def draw(fields: Mapping[str, Field], table: pd.DataFrame, where: Slice, file: P
                 shading="nearest",
                 rasterized=True,
             )
-            axes.contour(
-                *where.axes, field.times.reshape(shape), levels, colors="white", linewidths=0.7
-            )
+            times = np.where(where.free, field.times, np.nan).reshape(shape)
+            axes.contour(*where.axes, times, levels, colors="white", linewidths=0.7)
             axes.contour(
                 *where.axes, where.free.reshape(shape), [0.5], colors="black", linewidths=0.9
             )
@@ -140,14 +139,14 @@ def draw(fields: Mapping[str, Field], table: pd.DataFrame, where: Slice, file: P
             )
         figure.colorbar(image, ax=list(columns), label="predicted speed", shrink=0.7)
         try:
-            figure.savefig(file, dpi=150)
+            figure.savefig(file, dpi=150, bbox_inches="tight")
         except (OSError, ValueError) as error:
             raise InputError(f"cannot write {file}: {error}") from error
 
 
-def _in_fullest_plane(env: Environment) -> Array:
-    """The middle (d,) of free space, its third coordinate moved to where obstacles fill most,
-    though no more than `_FULL`, as the slab between two floors does."""
+def _in_telling_plane(env: Environment) -> Array:
+    """The middle (d,) of free space, its third coordinate moved to where much is to be seen: in
+    rooms where there is most room, as in a floor plan, elsewhere where obstacles fill most."""
     lower, upper = env.free_bounds
     middle: Array = (lower + upper) / 2
     if env.dimension < 3:
@@ -156,11 +155,22 @@ def _in_fullest_plane(env: Environment) -> Array:
     heights = np.linspace(lower[2], upper[2], 41)[4:-4]
     planes = np.repeat(middle[None], len(heights), axis=0)
     planes[:, 2] = heights
-    filled = np.array([(env.clearance(_plane(through, x, y)) <= 0).mean() for through in planes])
-    score = np.where(filled <= _FULL, filled, -filled)
+    shown = _room if env.enclosed else _fullness
+    score = np.array([shown(env, env.clearance(_plane(through, x, y))) for through in planes])
     best = np.flatnonzero(score == score.max())
-    fullest: Array = planes[best[(len(best) - 1) // 2]]  # the middle one of a box's
-    return fullest
+    telling: Array = planes[best[(len(best) - 1) // 2]]  # the middle one of a box's
+    return telling
+
+
+def _room(env: Environment, clearance: Array) -> float:
+    """The mean of clearances (n,), as far as they count for the speed."""
+    return float(clearance.clip(0, env.speed_model.d_max).mean())
+
+
+def _fullness(env: Environment, clearance: Array) -> float:
+    """The share of clearances (n,) in collision, if it leaves something to see."""
+    filled = float((clearance <= 0).mean())
+    return filled if filled <= _FULL else -filled
 
 
 def _near_corner(env: Environment, middle: Array) -> Array:
@@ -172,7 +182,9 @@ def _near_corner(env: Environment, middle: Array) -> Array:
     q = _plane(middle, x, y)
     roomy = q[env.clearance(q) >= env.speed_model.d_max / 4]
     if len(roomy) == 0:
-        raise InputError("the fullest plane has no free place for a source; choose one by --source")
+        raise InputError(
+            "the plane has no roomy place for a source; choose one by --source"
+        )
     nearest: Array = roomy[np.argmin((roomy - lower).sum(axis=1))]
     return nearest
 

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from conftest import Cli, Refused
 from matplotlib.image import imread
 
+import envs
 from bench.report import field as fields
 from bench.report.field import Field, Slice
 from envs import Environment
@@ -67,6 +69,17 @@ def test_the_slice_goes_through_its_source_and_many_obstacles(c3d: Environment) 
     assert (~where.free).mean() > 0.1
     corner = np.full(3, -9.0)
     assert (Slice.through(c3d, corner).source == corner).all()
+
+
+def test_the_slice_of_a_room_is_where_there_is_most_room(tmp_path: Path) -> None:
+    room = trimesh.creation.box((8.0, 6.0, 3.0))
+    room.invert()
+    table = trimesh.creation.box((7.0, 5.0, 0.8)).apply_translation((0.0, 0.0, -1.0))
+    trimesh.util.concatenate([room, table]).export(tmp_path / "room.ply")
+    where = Slice.through(envs.make(f"mesh:file={tmp_path / 'room.ply'},kind=interior"))
+    height = where.source[2] * 8 / 20
+    assert -0.6 + 0.3 < height < 1.5 - 0.3, "well above the table and below the ceiling"
+    assert where.free.mean() > 0.9
 
 
 @pytest.mark.parametrize(
