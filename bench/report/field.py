@@ -182,9 +182,7 @@ def _near_corner(env: Environment, middle: Array) -> Array:
     q = _plane(middle, x, y)
     roomy = q[env.clearance(q) >= env.speed_model.d_max / 4]
     if len(roomy) == 0:
-        raise InputError(
-            "the plane has no roomy place for a source; choose one by --source"
-        )
+        raise InputError("the plane has no roomy place for a source; choose one by --source")
     nearest: Array = roomy[np.argmin((roomy - lower).sum(axis=1))]
     return nearest
 
