@@ -38,6 +38,26 @@ REGISTRY: Registry[Environment] = Registry(
             in_all=False,
             without={"root": "gibson-generated"},
         ),
+        *(
+            Spec(
+                model,
+                "envs.scenes.arms:ShippedArm",
+                f"{joints} at a cluttered table (scene, self_collision)",
+                {"model": model},
+            )
+            for model, joints in (
+                ("arm4", "arm of four joints, yaw and three pitch,"),
+                ("arm5", "arm of five joints"),
+                ("arm6", "arm of six joints, placed as in the UR5e,"),
+            )
+        ),
+        Spec(
+            "arm",
+            "envs.scenes.arms:UserArm",
+            "any serial arm from a URDF among solids from a YAML file (urdf, scene, "
+            "self_collision)",
+            in_all=False,
+        ),
         Spec(
             "mesh",
             "envs.scenes.mesh_world:MeshWorld",

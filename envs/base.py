@@ -9,7 +9,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from envs.collision import paths as batched
 from envs.collision.fcl_model import DEFAULT_TOLERANCE, Allowed, CollisionModel
 from envs.collision.shapes import Obstacle
 from envs.problem import Array, Problem
@@ -54,7 +56,8 @@ class Environment(ABC):
     def clearance(self, q: Array) -> Array:
         """Signed distance (n,) from the robot at configurations (n, d) to the obstacles.
 
-        In workspace units: exact in free space, negative in collision.
+        In workspace units: exact in free space, negative in collision, by the depth if that is
+        known.
         """
 
     def rough_clearance(self, q: Array) -> Array:
@@ -71,6 +74,10 @@ class Environment(ABC):
         Raises:
             InputError: the scene leaves too little free space.
         """
+
+    def census(self, n: int, seed: int) -> dict[str, Any]:
+        """What is worth knowing of how the first `n` problems of `seed` came about, JSON data."""
+        return {}
 
     @abstractmethod
     def definition(self) -> dict[str, Any]:
@@ -100,6 +107,16 @@ class Environment(ABC):
     def speed(self, q: Array) -> Array:
         """Speeds S*(q) (n,) at configurations (n, d)  (equation 3)."""
         return self.speed_model(self.clearance(q))
+
+    def speed_on_grid(self, q: Array) -> Array:
+        """`speed` for planners on grids, which ask for millions: by `rough_clearance` where that
+        is never more than the exact one."""
+        return self.speed(q)
+
+    def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
+        """Which paths, each (k, d), are proved free of collision, (n,) of bool, by the
+        environment's batched clearances. See `envs.collision.paths.paths_are_free`."""
+        return batched.paths_are_free(self.clearance, self.robot.rate_bound, paths, tolerance)
 
     def contains(self, q: Array) -> Any:
         """Whether configurations (n, d) lie within the bounds, (n,) of bool.

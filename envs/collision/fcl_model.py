@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous
-from envs.collision.shapes import Box, Mesh, Obstacle, Sphere
+from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, Placed, Solid
 from envs.problem import Array
 from envs.robots.base import Robot
 
@@ -18,9 +18,15 @@ DEFAULT_TOLERANCE = 1e-3
 
 Allowed = Callable[[Array], NDArray[np.bool_]]
 
+LowerBounds = Callable[[Array], Array]
+
 
 class CollisionModel:
     """A robot among solid obstacles, with a broad phase over the obstacles.
+
+    The distances between a robot's own shapes change no faster than its `motion_bound` either: it
+    bounds the motion of each of them, and the faster of two moves by what the joints between them
+    add to the motion of the other.
 
     FCL's primitive shapes are solid, so a robot wholly inside one is in collision. Its meshes are
     surfaces: whether the robot is on the right side of one is what `allowed` says.
@@ -33,6 +39,9 @@ class CollisionModel:
             lies between may be refused.
         allowed: (n, d) -> (n,) of bool, where configurations may be that touch nothing; constant
             between obstacles' surfaces. None for everywhere.
+        lower_bounds: (d,) -> (moving,), never more than the distances of the robot's moving shapes
+            from the obstacles and from others that they must not touch. What they prove is not
+            asked of FCL. None for no such bounds.
 
     Attributes:
         checks: the number of configurations that were queried so far.
@@ -44,6 +53,7 @@ class CollisionModel:
         obstacles: Sequence[Obstacle],
         tolerance: float = DEFAULT_TOLERANCE,
         allowed: Allowed | None = None,
+        lower_bounds: LowerBounds | None = None,
     ) -> None:
         if not (tolerance > 0 and np.isfinite(tolerance)):
             raise ValueError(f"tolerance must be positive, not {tolerance}")
@@ -56,28 +66,36 @@ class CollisionModel:
         self._manager = fcl.DynamicAABBTreeCollisionManager()
         self._manager.registerObjects(self._obstacles)
         self._manager.setup()
+        self._collision, self._distance = fcl.CollisionRequest(), fcl.DistanceRequest()
+        self._others: list[list[int]] = [[] for _ in range(robot.moving)]
+        for a, b in robot.pairs:  # each pair is asked of one of the two, which moves
+            self._others[a].append(b)
+        self._lower_bounds = lower_bounds
+        self._no_bounds = np.full(robot.moving, -np.inf)
 
     def is_valid(self, q: Array) -> bool:
         """Whether the robot touches nothing at a configuration (d,). Ignores the bounds."""
-        self._place(q)
-        for body in self._bodies:
-            data = fcl.CollisionData()
-            self._manager.collide(body, data, fcl.defaultCollisionCallback)
-            if data.result.is_collision:
-                return False
-        return self._on_the_right_side(q)
+        self.checks += 1
+        near = [number for number, bound in enumerate(self._bounds(q)) if bound <= 0]
+        if near:
+            self._place(q)
+        touches = any(self._touches_scene(body) or self._touches_itself(body) for body in near)
+        return not touches and self._on_the_right_side(q)
 
     def clearance(self, q: Array) -> float:
-        """The distance from robot to obstacles at a configuration (d,), in workspace units.
+        """The distance from robot to obstacles at a configuration (d,), in workspace units, or
+        between shapes of the robot that must not touch each other, if that is less.
 
         Negative where they touch; its size then means nothing.
         """
+        self.checks += 1
         self._place(q)
+        bounds = self._bounds(q)
         least = np.inf
-        for body in self._bodies:
-            data = fcl.DistanceData()
-            self._manager.distance(body, data, fcl.defaultDistanceCallback)
-            least = min(least, data.result.min_distance)
+        for body in np.argsort(bounds, kind="stable"):
+            if bounds[body] >= least:
+                break
+            least = min(least, self._distance_to_scene(body), self._distance_to_itself(body))
         return least if self._on_the_right_side(q) else -abs(least)
 
     def segment_is_free(self, a: Array, b: Array) -> bool:
@@ -97,27 +115,75 @@ class CollisionModel:
         bounds = [self.robot.motion_bound(a, b) for a, b in pairwise(waypoints)]
         return continuous.path_min_clearance(self.clearance, waypoints, bounds, self.tolerance)
 
+    def _touches_scene(self, body: int) -> bool:
+        data = fcl.CollisionData()
+        self._manager.collide(self._body(body), data, fcl.defaultCollisionCallback)
+        return bool(data.result.is_collision)
+
+    def _touches_itself(self, body: int) -> bool:
+        one = self._body(body)
+        return any(
+            fcl.collide(one, self._body(other), self._collision, fcl.CollisionResult())
+            for other in self._others[body]
+        )
+
+    def _distance_to_scene(self, body: int) -> float:
+        data = fcl.DistanceData()
+        self._manager.distance(self._body(body), data, fcl.defaultDistanceCallback)
+        distance: float = data.result.min_distance
+        return distance
+
+    def _distance_to_itself(self, body: int) -> float:
+        one = self._body(body)
+        return min(
+            (
+                fcl.distance(one, self._body(other), self._distance, fcl.DistanceResult())
+                for other in self._others[body]
+            ),
+            default=np.inf,
+        )
+
+    def _bounds(self, q: Array) -> Array:
+        if self._lower_bounds is None:
+            return self._no_bounds
+        return self._lower_bounds(q)
+
     def _on_the_right_side(self, q: Array) -> bool:
         return self._allowed is None or bool(self._allowed(q[None])[0])
 
     def _place(self, q: Array) -> None:
-        self.checks += 1
-        for body, (rotation, translation) in zip(self._bodies, self.robot.poses(q), strict=True):
+        """Takes the robot to a configuration; its shapes follow when they are asked for."""
+        self._poses = self.robot.poses(q)
+        self._waiting = [True] * len(self._bodies)
+
+    def _body(self, number: int) -> fcl.CollisionObject:
+        body = self._bodies[number]
+        if self._waiting[number]:
+            self._waiting[number] = False
+            rotation, translation = self._poses[number]
             if rotation is None:
                 body.setTranslation(translation)
             else:
                 body.setTransform(fcl.Transform(rotation, translation))
+        return body
 
 
 def _placed(obstacle: Obstacle) -> fcl.CollisionObject:
+    if isinstance(obstacle, Placed):
+        rotation, translation = obstacle.pose[:3, :3], obstacle.pose[:3, 3]
+        if isinstance(obstacle.solid, Box):
+            translation = translation + rotation @ obstacle.solid.center
+        return fcl.CollisionObject(_geometry(obstacle.solid), fcl.Transform(rotation, translation))
     if isinstance(obstacle, Box):
         return fcl.CollisionObject(_geometry(obstacle), fcl.Transform(np.eye(3), obstacle.center))
     return fcl.CollisionObject(_geometry(obstacle), fcl.Transform())
 
 
-def _geometry(shape: Obstacle | Sphere) -> fcl.CollisionGeometry:
+def _geometry(shape: Solid) -> fcl.CollisionGeometry:
     if isinstance(shape, Box):
         return fcl.Box(*shape.sides)
+    if isinstance(shape, Cylinder):
+        return fcl.Cylinder(shape.radius, shape.length)
     if isinstance(shape, Mesh):
         model = fcl.BVHModel()
         model.beginModel(len(shape.vertices), len(shape.faces))

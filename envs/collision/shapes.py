@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,9 +69,6 @@ class Mesh:
         )
 
 
-Obstacle = Box | Mesh
-
-
 @dataclass(frozen=True)
 class Sphere:
     """A solid sphere about the origin of the frame it is placed in."""
@@ -80,3 +78,58 @@ class Sphere:
     def __post_init__(self) -> None:
         if not (self.radius >= 0 and np.isfinite(self.radius)):
             raise ValueError(f"a sphere's radius must be finite and >= 0, not {self.radius}")
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A solid cylinder along the z axis of the frame it is placed in, its middle at the origin."""
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        if not (self.radius > 0 and self.length > 0 and np.isfinite(self.radius + self.length)):
+            raise ValueError(
+                "a cylinder's radius and length must be finite and positive, not "
+                f"{self.radius} and {self.length}"
+            )
+
+
+Solid = Sphere | Cylinder | Box | Mesh
+"""What a robot's links are made of, each in a frame of its own; a mesh there is closed."""
+
+
+def _numbers(solid: Solid) -> list[Any]:
+    if isinstance(solid, Mesh):
+        return ["mesh", solid.digest]
+    if isinstance(solid, Box):
+        return ["box", solid.center.tolist(), solid.sides.tolist()]
+    if isinstance(solid, Cylinder):
+        return ["cylinder", solid.radius, solid.length]
+    return ["sphere", solid.radius]
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A solid put somewhere.
+
+    Attributes:
+        solid: in its own frame.
+        pose: (4, 4), from that frame to the frame in which it is placed.
+    """
+
+    solid: Solid
+    pose: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pose", frozen_array(self.pose, 2, "pose"))
+        if self.pose.shape != (4, 4):
+            raise ValueError(f"a pose must be (4, 4), not {self.pose.shape}")
+
+    def definition(self) -> list[Any]:
+        """The numbers that it is made of, as JSON data."""
+        return [*_numbers(self.solid), self.pose[:3].tolist()]
+
+
+Obstacle = Box | Mesh | Placed
+"""What is fixed in the workspace; boxes and meshes that are not placed are in its frame."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import trimesh
 
-from envs.collision.shapes import Box, Obstacle
+from envs.collision.shapes import Box, Cylinder, Obstacle, Placed, Solid, Sphere
 from envs.problem import Array
 
 SURFACE_POINTS = 20_000
@@ -26,8 +26,22 @@ def surface_points(obstacles: Sequence[Obstacle], n: int, seed: int) -> Array:
 
 def triangulated(obstacle: Obstacle) -> trimesh.Trimesh:
     """An obstacle's surface, in the workspace frame."""
-    if isinstance(obstacle, Box):
-        box: trimesh.Trimesh = trimesh.creation.box(obstacle.sides)
-        box.apply_translation(obstacle.center)
+    if isinstance(obstacle, Placed):
+        placed = _triangulated(obstacle.solid)
+        placed.apply_transform(obstacle.pose)
+        return placed
+    return _triangulated(obstacle)
+
+
+def _triangulated(solid: Solid) -> trimesh.Trimesh:
+    if isinstance(solid, Box):
+        box: trimesh.Trimesh = trimesh.creation.box(solid.sides)
+        box.apply_translation(solid.center)
         return box
-    return trimesh.Trimesh(obstacle.vertices, obstacle.faces, process=False)
+    if isinstance(solid, Cylinder):
+        cylinder: trimesh.Trimesh = trimesh.creation.cylinder(solid.radius, solid.length)
+        return cylinder
+    if isinstance(solid, Sphere):
+        ball: trimesh.Trimesh = trimesh.creation.icosphere(subdivisions=2, radius=solid.radius)
+        return ball
+    return trimesh.Trimesh(solid.vertices, solid.faces, process=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from envs.collision.shapes import Sphere
+from envs.collision.shapes import Solid
 from envs.problem import Array
 
 Pose = tuple[Array | None, Array]
@@ -15,8 +15,17 @@ class Robot(Protocol):
     """What collision checking needs to know of a robot."""
 
     @property
-    def shapes(self) -> tuple[Sphere, ...]:
-        """Its rigid bodies, each in its own frame."""
+    def shapes(self) -> tuple[Solid, ...]:
+        """Its rigid bodies, each in its own frame; those that move come first."""
+
+    @property
+    def moving(self) -> int:
+        """How many of them move. Only these are checked against obstacles."""
+
+    @property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        """Which shapes, by their numbers, must not touch each other. The first of two moves, and
+        it is the one that moves as seen from the other."""
 
     @property
     def rate_bound(self) -> float:

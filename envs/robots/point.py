@@ -22,6 +22,14 @@ class PointRobot:
         return (Sphere(self.radius),)
 
     @property
+    def moving(self) -> int:
+        return 1
+
+    @property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        return ()
+
+    @property
     def rate_bound(self) -> float:
         return 1.0
 

@@ -1,0 +1,236 @@
+"""A serial arm with solid links."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from envs.collision.covering import bounding_sphere, cover
+from envs.collision.shapes import Placed, Solid
+from envs.problem import Array
+from envs.robots.base import Pose
+from envs.robots.chain import Chain, ChainView, at, body_poses, compose
+
+SLACK = 0.005
+"""About how far, in metres, the spheres that cover links reach out of their sides."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A solid of a link: `placed` in the frame of body number `body`."""
+
+    body: int
+    placed: Placed
+
+
+class ArmView(NamedTuple):
+    """An arm as compiled code sees it.
+
+    Attributes:
+        chain: its joints.
+        bodies: (p,) of the parts.
+        offsets: (p, 3, 4) from the parts' frames to their bodies'.
+        middles, radii: (p, 3) in the bodies' frames and (p,), of spheres that hold the parts.
+        reach: (d, p) greatest distance of any point of a part from a joint's axis; 1 where the
+            joint slides, 0 where it does not move the part.
+        balls: (m, 4) centres in the bodies' frames, and radii, of spheres that cover the parts.
+        ball_parts: (m,) which part each covers, in ascending order.
+        pairs: (p, p) of bool, which parts may collide with each other.
+        moving: the number of parts that move; they come first.
+    """
+
+    chain: ChainView
+    bodies: NDArray[np.int64]
+    offsets: Array
+    middles: Array
+    radii: Array
+    reach: Array
+    balls: Array
+    ball_parts: NDArray[np.int64]
+    pairs: NDArray[np.bool_]
+    moving: int
+
+
+class Arm:
+    """A robot of links and joints on a fixed base. See `envs.robots.base.Robot`.
+
+    The base, which cannot move, is not checked against the obstacles, only against other links.
+
+    Args:
+        chain: its kinematics.
+        parts: the solids of its links.
+        self_collision: whether links that are not neighbours must not touch each other. Links
+            with no solid between them but at a joint count as neighbours.
+
+    Raises:
+        ValueError: no part moves.
+    """
+
+    def __init__(self, chain: Chain, parts: Sequence[Part], self_collision: bool) -> None:
+        self.chain = chain
+        moving = [part for part in parts if part.body > 0]
+        if not moving:
+            raise ValueError("no link that moves has a collision geometry")
+        fixed = [part for part in parts if part.body == 0] if self_collision else []
+        self.parts = (*moving, *fixed)
+        self.self_collision = self_collision
+
+    @property
+    def shapes(self) -> tuple[Solid, ...]:
+        return tuple(part.placed.solid for part in self.parts)
+
+    @property
+    def moving(self) -> int:
+        return self.view.moving
+
+    @cached_property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        bodies = self.view.bodies
+        both = np.argwhere(self.view.pairs)
+        return tuple((int(i), int(j)) for i, j in both if bodies[i] > bodies[j])
+
+    @cached_property
+    def rate_bound(self) -> float:
+        reach = self.view.reach[:, : self.moving]
+        return float(np.sqrt((reach**2).sum(axis=0)).max())
+
+    def poses(self, q: Array) -> tuple[Pose, ...]:
+        found = np.empty((len(self.parts), 3, 4))
+        _part_poses(self.view, q, found)
+        return tuple((pose[:, :3], pose[:, 3]) for pose in found)
+
+    def motion_bound(self, a: Array, b: Array) -> float:
+        """See `part_bounds`; the greatest of the parts'."""
+        bounds = np.empty(self.moving)
+        part_bounds(self.view, np.asarray(a), np.asarray(b), bounds)
+        return float(bounds.max())
+
+    @cached_property
+    def view(self) -> ArmView:
+        """What compiled code is given."""
+        bodies = np.array([part.body for part in self.parts])
+        offsets = np.array([part.placed.pose[:3] for part in self.parts])
+        held = [bounding_sphere(part.placed.solid) for part in self.parts]
+        middles = np.array(
+            [pose[:, :3] @ m + pose[:, 3] for pose, (m, _) in zip(offsets, held, strict=True)]
+        )
+        radii = np.array([radius for _, radius in held])
+        balls, ball_parts = self._covered(offsets)
+        return ArmView(
+            self.chain.view,
+            bodies,
+            offsets,
+            middles,
+            radii,
+            self._reach(bodies, middles, radii),
+            balls,
+            ball_parts,
+            self._apart(bodies),
+            int((bodies > 0).sum()),
+        )
+
+    def _covered(self, offsets: Array) -> tuple[Array, NDArray[np.int64]]:
+        balls, owners = [], []
+        for number, (part, pose) in enumerate(zip(self.parts, offsets, strict=True)):
+            spheres = cover(part.placed.solid, SLACK)
+            centers = spheres.centers @ pose[:, :3].T + pose[:, 3]
+            balls.append(np.column_stack([centers, spheres.radii]))
+            owners.append(np.full(len(centers), number))
+        return np.concatenate(balls), np.concatenate(owners)
+
+    def _reach(self, bodies: NDArray[np.int64], middles: Array, radii: Array) -> Array:
+        """See `ArmView`. From a joint's axis along the chain to the part, joint by joint: only the
+        first stretch turns about that axis alone, of which what lies along it does not count."""
+        reach = np.zeros((self.chain.dimension, len(bodies)))
+        for part, body in enumerate(bodies):
+            beyond = float(np.linalg.norm(middles[part])) + radii[part]
+            for i in range(body - 1, -1, -1):
+                joint = self.chain.joints[i]
+                if i == body - 1:
+                    off_axis = _off_axis(joint.axis, middles[part]) + radii[part]
+                else:
+                    next_joint = self.chain.joints[i + 1]
+                    hop = next_joint.origin[:3, 3]
+                    slide = _slide(next_joint.prismatic, next_joint.lower, next_joint.upper)
+                    off_axis = _off_axis(joint.axis, hop) + slide + beyond
+                    beyond += float(np.linalg.norm(hop)) + slide
+                reach[i, part] = 1.0 if joint.prismatic else off_axis
+        return reach
+
+    def _apart(self, bodies: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """See `ArmView.pairs`."""
+        pairs = np.zeros((len(bodies), len(bodies)), dtype=np.bool_)
+        if not self.self_collision:
+            return pairs
+        solid = np.unique(bodies)
+        place = np.searchsorted(solid, bodies)
+        pairs[:] = np.abs(place[:, None] - place[None]) > 1
+        return pairs
+
+
+def _off_axis(axis: Array, point: Array) -> float:
+    return float(np.linalg.norm(point - (point @ axis) * axis))
+
+
+def _slide(prismatic: bool, lower: float, upper: float) -> float:
+    return max(abs(lower), abs(upper)) if prismatic else 0.0
+
+
+_jit = numba.njit(cache=True, nogil=True)
+
+
+@_jit
+def _part_poses(arm: Any, q: Any, found: Any) -> None:
+    bodies = np.empty((1 + len(q), 3, 4))
+    body_poses(arm.chain, q, bodies)
+    for part in range(len(found)):
+        compose(bodies[arm.bodies[part]], arm.offsets[part], found[part])
+
+
+@_jit
+def part_bounds(arm: Any, a: Any, b: Any, bounds: Any) -> None:
+    """Writes bounds (moving,) on the speed of any point of each part, in metres per unit of t,
+    while the configuration moves as a + t (b - a), t in [0, 1].
+
+    Joint i moves a point by its change times the point's distance from its axis. That distance is
+    at most what it is in the middle of the motion, and what the joints between add by then.
+    """
+    d = len(a)
+    middle, half = np.empty(d), np.empty(d)
+    for i in range(d):
+        middle[i] = (a[i] + b[i]) / 2
+        half[i] = abs(b[i] - a[i]) / 2
+    bodies = np.empty((1 + d, 3, 4))
+    body_poses(arm.chain, middle, bodies)
+    for part in range(arm.moving):
+        body = arm.bodies[part]
+        pose = bodies[body]
+        x, y, z = at(pose, arm.middles[part])
+        bounds[part] = 0.0
+        later = 0.0  # by how much the joints after i may move the part within half the motion
+        for i in range(body - 1, -1, -1):
+            reach = arm.reach[i, part]
+            if not arm.chain.prismatic[i]:
+                reach = min(reach, _from_axis(arm, bodies, i, x, y, z) + arm.radii[part] + later)
+            bounds[part] += 2 * half[i] * reach
+            later += half[i] * arm.reach[i, part]
+
+
+@_jit
+def _from_axis(arm: Any, bodies: Any, joint: int, x: float, y: float, z: float) -> float:
+    """The distance of a point from the axis of a joint, whose body's pose is in `bodies`."""
+    pose = bodies[joint + 1]
+    axis = arm.chain.axes[joint]
+    ux = pose[0, 0] * axis[0] + pose[0, 1] * axis[1] + pose[0, 2] * axis[2]
+    uy = pose[1, 0] * axis[0] + pose[1, 1] * axis[1] + pose[1, 2] * axis[2]
+    uz = pose[2, 0] * axis[0] + pose[2, 1] * axis[1] + pose[2, 2] * axis[2]
+    dx, dy, dz = x - pose[0, 3], y - pose[1, 3], z - pose[2, 3]
+    cx, cy, cz = dy * uz - dz * uy, dz * ux - dx * uz, dx * uy - dy * ux
+    return math.sqrt(cx * cx + cy * cy + cz * cz)

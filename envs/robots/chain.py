@@ -1,0 +1,201 @@
+"""Forward kinematics of serial chains, for many configurations at once.
+
+Frames: every link has one, as in URDF. Fixed joints are folded, so what moves as one is a `body`:
+body 0 is the base, which stands still, and body i is what moving joint i - 1 carries. All poses
+are in the frame of the base. Angles are in radians, lengths in metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from envs.problem import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint that moves.
+
+    Attributes:
+        name: for messages.
+        origin: (4, 4), from the frame of the joint at 0 to that of the body before it.
+        axis: (3,) of unit length, in the joint's frame.
+        prismatic: whether it slides along the axis instead of turning about it.
+        lower, upper: limits, in radians or metres.
+    """
+
+    name: str
+    origin: Array
+    axis: Array
+    prismatic: bool
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A link, rigidly joined to a body.
+
+    Attributes:
+        name: as in URDF.
+        body: its number.
+        offset: (4, 4), from the link's frame to the body's.
+    """
+
+    name: str
+    body: int
+    offset: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """A base and bodies, each joined to the one before.
+
+    Attributes:
+        joints: from the base on; joint i carries body i + 1.
+        links: in the order of the chain.
+    """
+
+    joints: tuple[Joint, ...]
+    links: tuple[Link, ...]
+
+    @property
+    def dimension(self) -> int:
+        """d, the number of joints that move."""
+        return len(self.joints)
+
+    @cached_property
+    def view(self) -> ChainView:
+        """What compiled code is given."""
+        return ChainView(
+            np.array([joint.origin[:3] for joint in self.joints]),
+            np.array([joint.axis for joint in self.joints]),
+            np.array([joint.prismatic for joint in self.joints]),
+        )
+
+    def forward(self, q: Array) -> Array:
+        """Poses (n, links, 4, 4) of the links at configurations (n, d)."""
+        configurations = np.ascontiguousarray(q, dtype=np.float64)
+        if configurations.ndim != 2 or configurations.shape[1] != self.dimension:
+            raise ValueError(
+                f"configurations must be (n, {self.dimension}), not {configurations.shape}"
+            )
+        bodies, offsets = self._link_arrays
+        poses = np.zeros((len(configurations), len(bodies), 4, 4))
+        _forward(self.view, configurations, bodies, offsets, poses)
+        return poses
+
+    def forward_torch(self, q: Tensor) -> Tensor:
+        """The same in PyTorch, of any type and device, with gradients."""
+        if q.ndim != 2 or q.shape[1] != self.dimension:
+            raise ValueError(f"configurations must be (n, {self.dimension}), not {tuple(q.shape)}")
+        body = torch.eye(4, dtype=q.dtype, device=q.device).expand(len(q), 4, 4)
+        bodies = [body]
+        for joint, value in zip(self.joints, q.T, strict=True):
+            origin = torch.tensor(joint.origin).to(q)
+            body = body @ origin @ _joint_torch(joint, value)
+            bodies.append(body)
+        offsets = [torch.tensor(link.offset).to(q) for link in self.links]
+        return torch.stack(
+            [bodies[link.body] @ at for link, at in zip(self.links, offsets, strict=True)], dim=1
+        )
+
+    @cached_property
+    def _link_arrays(self) -> tuple[NDArray[np.int64], Array]:
+        bodies = np.array([link.body for link in self.links])
+        return bodies, np.array([link.offset[:3] for link in self.links])
+
+
+class ChainView(NamedTuple):
+    """A chain's joints as compiled code sees them: origins (d, 3, 4), axes (d, 3), prismatic (d,).
+
+    Poses in compiled code are (3, 4), the upper rows of homogeneous ones.
+    """
+
+    origins: Array
+    axes: Array
+    prismatic: NDArray[np.bool_]
+
+
+_jit = numba.njit(cache=True, nogil=True)
+
+
+@_jit
+def compose(a: Any, b: Any, out: Any) -> None:
+    """Writes the pose a b (3, 4); `out` is neither of them."""
+    for i in range(3):
+        for j in range(4):
+            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+        out[i, 3] += a[i, 3]
+
+
+@_jit
+def at(pose: Any, point: Any) -> tuple[float, float, float]:
+    """Where a point (3,) is that a pose (3, 4) carries."""
+    return (
+        pose[0, 0] * point[0] + pose[0, 1] * point[1] + pose[0, 2] * point[2] + pose[0, 3],
+        pose[1, 0] * point[0] + pose[1, 1] * point[1] + pose[1, 2] * point[2] + pose[1, 3],
+        pose[2, 0] * point[0] + pose[2, 1] * point[1] + pose[2, 2] * point[2] + pose[2, 3],
+    )
+
+
+@_jit
+def _moved(axis: Any, prismatic: bool, value: float, out: Any) -> None:
+    """Writes the pose (3, 4) of a joint's body in the joint's frame: Rodrigues' formula."""
+    x, y, z = axis[0], axis[1], axis[2]
+    out[:] = 0.0
+    if prismatic:
+        for i in range(3):
+            out[i, i] = 1.0
+            out[i, 3] = value * axis[i]
+        return
+    c, s = np.cos(value), np.sin(value)
+    v = 1.0 - c
+    out[0, 0], out[0, 1], out[0, 2] = c + x * x * v, x * y * v - z * s, x * z * v + y * s
+    out[1, 0], out[1, 1], out[1, 2] = y * x * v + z * s, c + y * y * v, y * z * v - x * s
+    out[2, 0], out[2, 1], out[2, 2] = z * x * v - y * s, z * y * v + x * s, c + z * z * v
+
+
+@_jit
+def body_poses(chain: Any, q: Any, poses: Any) -> None:
+    """Writes the poses (1 + d, 3, 4) of the bodies at a configuration (d,)."""
+    poses[0] = 0.0
+    for i in range(3):
+        poses[0, i, i] = 1.0
+    at_joint, moved = np.empty((3, 4)), np.empty((3, 4))
+    for joint in range(len(q)):
+        compose(poses[joint], chain.origins[joint], at_joint)
+        _moved(chain.axes[joint], chain.prismatic[joint], q[joint], moved)
+        compose(at_joint, moved, poses[joint + 1])
+
+
+@_jit
+def _forward(chain: Any, q: Any, bodies: Any, offsets: Any, poses: Any) -> None:
+    at_body = np.empty((1 + q.shape[1], 3, 4))
+    for n in range(len(q)):
+        body_poses(chain, q[n], at_body)
+        for link in range(len(bodies)):
+            compose(at_body[bodies[link]], offsets[link], poses[n, link])
+            poses[n, link, 3, 3] = 1.0
+
+
+def _joint_torch(joint: Joint, value: Tensor) -> Tensor:
+    """Poses (n, 4, 4) of a joint's body in the joint's frame, for values (n,)."""
+    axis = torch.tensor(joint.axis).to(value)
+    pose = torch.eye(4, dtype=value.dtype, device=value.device).repeat(len(value), 1, 1)
+    if joint.prismatic:
+        pose[:, :3, 3] = value[:, None] * axis
+        return pose
+    x, y, z = joint.axis.tolist()
+    cross = torch.tensor([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=value.dtype).to(value.device)
+    c, s = value.cos()[:, None, None], value.sin()[:, None, None]
+    turned = c * torch.eye(3).to(value) + s * cross + (1 - c) * torch.outer(axis, axis)
+    return torch.cat([torch.cat([turned, pose[:, :3, 3:]], dim=2), pose[:, 3:]], dim=1)

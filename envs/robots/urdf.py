@@ -1,0 +1,211 @@
+"""Serial arms from URDF files, checked: what cannot be used is refused in one clear line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere
+from envs.errors import InputError, suggestion
+from envs.problem import Array
+from envs.robots.arm import Part
+from envs.robots.chain import Chain, Joint, Link
+from envs.robots.urdf_elements import parsed
+from envs.scenes.mesh_file import read_mesh
+
+_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+
+
+def read_urdf(file: Path) -> tuple[Chain, tuple[Part, ...]]:
+    """Reads the kinematics and the collision geometry of a serial arm.
+
+    Joints may be revolute, continuous, prismatic or fixed. Links that are fixed to others may
+    branch off, such as a tool's frame or a camera; joints that move follow one upon another. A
+    continuous joint is limited to -pi..pi and does not wrap around. A limit that is left out
+    beside another is 0, as URDF has it.
+
+    Visual geometry is ignored. Meshes may be open: they are surfaces. Their files are sought from
+    the URDF's folder; those named package://NAME/REST or file://REST from each folder above it
+    too, with NAME and without.
+
+    Args:
+        file: the URDF; lengths in metres, angles in radians.
+
+    Returns:
+        The chain, with its links in depth-first order from the base, which is the link that no
+        joint carries; its frame is that of all poses. And the solids of the links in that order,
+        each placed in the frame of its body.
+
+    Raises:
+        InputError: there is no such file, or it describes no arm that can be used.
+    """
+    try:
+        robot = parsed(file)
+        chain = _chain(robot)
+        parts = _parts(robot, chain, file.parent)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from error
+    return chain, parts
+
+
+def _chain(robot: Any) -> Chain:
+    base = _base(robot)
+    leaving: dict[str, list[Any]] = {}
+    for joint in robot.joints:
+        leaving.setdefault(joint.parent, []).append(joint)
+    links: list[Link] = []
+    moving: dict[int, Joint] = {}  # by the body before each
+    todo = [(base, 0, np.eye(4))]
+    while todo:
+        name, body, offset = todo.pop()
+        links.append(Link(name, body, offset))
+        for joint in reversed(leaving.get(name, [])):
+            at = offset @ _pose(joint.origin)
+            if joint.type == "fixed":
+                todo.append((joint.child, body, at))
+                continue
+            if body in moving:
+                raise InputError(
+                    f"joints {joint.name!r} and {moving[body].name!r} both branch off the same "
+                    "body; only serial arms are read: make one of them fixed or remove it"
+                )
+            moving[body] = _joint(joint, at)
+            todo.append((joint.child, body + 1, np.eye(4)))
+    _refuse_cycle(robot, links)
+    if not moving:
+        raise InputError("none of its joints moves; an arm needs at least one that does")
+    return Chain(tuple(moving[body] for body in range(len(moving))), tuple(links))
+
+
+def _base(robot: Any) -> str:
+    """The link that no joint carries, with names, ends and types of joints checked."""
+    if not robot.joints:
+        raise InputError("has no joints; an arm needs at least one that moves")
+    links = [link.name for link in robot.links]
+    _check_unique("link", links)
+    _check_unique("joint", [joint.name for joint in robot.joints])
+    carried: dict[str, str] = {}
+    for joint in robot.joints:
+        _check_type(joint)
+        for end, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in links:
+                said = f"its {end} {name!r} is no link; {suggestion(name, links)}"
+                raise InputError(f"joint {joint.name!r}: {said}")
+        if joint.child in carried:
+            both = f"{carried[joint.child]!r} and {joint.name!r}"
+            raise InputError(f"link {joint.child!r} is the child of two joints, {both}; remove one")
+        carried[joint.child] = joint.name
+    bases = [name for name in links if name not in carried]
+    if len(bases) > 1:
+        named = ", ".join(map(repr, bases))
+        raise InputError(f"no joint carries {named}; join all of them but one to the others")
+    if not bases:
+        _refuse_cycle(robot, ())
+    return str(bases[0])
+
+
+def _check_unique(kind: str, names: Iterable[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise InputError(f"has two {kind}s called {name!r}; rename one")
+        seen.add(name)
+
+
+def _check_type(joint: Any) -> None:
+    if joint.type not in _TYPES:
+        said = f"is of type {joint.type!r}, which is not supported" if joint.type else "has no type"
+        raise InputError(f"joint {joint.name!r} {said}; choose from: {', '.join(_TYPES)}")
+    if joint.mimic is not None:
+        raise InputError(
+            f"joint {joint.name!r} mimics another, which is not supported; make it fixed"
+        )
+
+
+def _refuse_cycle(robot: Any, reached: Iterable[Link]) -> None:
+    names = {link.name for link in reached}
+    rest = [link.name for link in robot.links if link.name not in names]
+    if rest:
+        raise InputError(f"its joints form a cycle among {', '.join(map(repr, rest))}; cut it open")
+
+
+def _joint(joint: Any, origin: Array) -> Joint:
+    length = math.hypot(*joint.axis)
+    if not 1e-9 < length < math.inf:
+        raise InputError(f"joint {joint.name!r}: its axis has no usable length, as 0 0 1 has")
+    lower, upper = _limits(joint)
+    return Joint(joint.name, origin, joint.axis / length, joint.type == "prismatic", lower, upper)
+
+
+def _limits(joint: Any) -> tuple[float, float]:
+    if joint.type == "continuous":
+        return -math.pi, math.pi
+    limit = joint.limit
+    if limit is None or (limit.lower is None and limit.upper is None):
+        raise InputError(f'joint {joint.name!r} has no limits; add <limit lower="." upper="."/>')
+    lower, upper = limit.lower or 0.0, limit.upper or 0.0
+    if lower >= upper:
+        raise InputError(
+            f"joint {joint.name!r}: its lower limit {lower:g} must be below its upper {upper:g}; "
+            "a joint that does not move is of type fixed"
+        )
+    return lower, upper
+
+
+def _parts(robot: Any, chain: Chain, folder: Path) -> tuple[Part, ...]:
+    collisions = {link.name: link.collisions for link in robot.links}
+    parts = []
+    for link in chain.links:
+        for collision in collisions[link.name]:
+            try:
+                solid = _solid(collision.geometry, folder)
+            except ValueError as error:  # InputError, or a shape's own
+                raise InputError(f"link {link.name!r}: {error}") from error
+            parts.append(Part(link.body, Placed(solid, link.offset @ _pose(collision.origin))))
+    if not any(part.body > 0 for part in parts):
+        raise InputError("no link that moves has collision geometry; add <collision> elements")
+    return tuple(parts)
+
+
+def _pose(origin: Array | None) -> Array:
+    return np.eye(4) if origin is None else origin
+
+
+def _solid(geometry: Any, folder: Path) -> Solid:
+    if geometry.box is not None:
+        return Box(np.zeros(3), geometry.box.size)
+    if geometry.cylinder is not None:
+        return Cylinder(geometry.cylinder.radius, geometry.cylinder.length)
+    if geometry.sphere is not None:
+        if geometry.sphere.radius <= 0:
+            raise InputError(f"a sphere's radius must be positive, not {geometry.sphere.radius}")
+        return Sphere(geometry.sphere.radius)
+    scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
+    if np.any(np.equal(scale, 0)):
+        raise InputError("a mesh's scale must not be 0")
+    mesh = read_mesh(_found(geometry.mesh.filename, folder))
+    return Mesh(mesh.vertices * scale, mesh.faces)
+
+
+def _found(name: str, folder: Path) -> Path:
+    """The file of a mesh that a URDF in a folder names."""
+    scheme, _, rest = name.rpartition("://")
+    if not scheme:
+        candidates = [folder / rest]
+    else:
+        relative = Path(rest.lstrip("/"))
+        without_package = Path(*relative.parts[1:])
+        above = [folder, *folder.resolve().parents]
+        candidates = [at / there for at in above for there in (relative, without_package)]
+        if scheme == "file":
+            candidates.insert(0, folder / rest)
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate
+    raise InputError(
+        f"no such mesh: {name}, sought from {folder}; put it there or correct its name"
+    )

@@ -1,0 +1,105 @@
+"""The elements of URDF files, checked one by one before anything is made of them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import yourdfpy
+
+from envs.errors import InputError
+
+_NEEDED = {
+    "parent": ("link",),
+    "child": ("link",),
+    "box": ("size",),
+    "cylinder": ("radius", "length"),
+    "sphere": ("radius",),
+    "mesh": ("filename",),
+}
+"""Attributes that elements must have."""
+
+_NUMBERS = {
+    "xyz": (3,),
+    "rpy": (3,),
+    "size": (3,),
+    "scale": (1, 3),
+    "radius": (1,),
+    "length": (1,),
+    "lower": (1,),
+    "upper": (1,),
+}
+"""Attributes that hold numbers, and how many."""
+
+
+def parsed(file: Path) -> Any:
+    """The `yourdfpy.Robot` of a URDF file, of which every element that is used is complete.
+
+    Raises:
+        InputError: there is no such file, or it is not well-formed XML, or an element lacks what
+            it must have or holds something else than finite numbers. Does not name the file.
+    """
+    if not file.is_file():
+        raise InputError("no such file")
+    try:
+        root = ElementTree.parse(file).getroot()
+    except ElementTree.ParseError as error:
+        raise InputError(f"not well-formed XML ({error}); mend it there") from error
+    except (OSError, ValueError, LookupError) as error:  # the last two: encodings
+        raise InputError(f"cannot be read: {error}") from error
+    _check_elements(root)
+    try:
+        return yourdfpy.URDF.load(str(file), build_scene_graph=False, load_meshes=False).robot
+    except (AttributeError, TypeError, ValueError, LookupError, SyntaxError) as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise InputError(f"not valid URDF, mend it ({reason})".replace("\n", " ")) from error
+
+
+def _check_elements(root: ElementTree.Element) -> None:
+    """What yourdfpy would stumble over, or read as something else than what was meant."""
+    if any("xacro" in element.tag for element in root.iter()):
+        raise InputError("has xacro macros in it; expand them first: xacro IN > OUT.urdf")
+    if root.tag != "robot":
+        raise InputError(f"has no <robot> but <{root.tag}> at its top; is it a URDF?")
+    if not root.get("name"):
+        raise InputError("its <robot> has no name; give it one")
+    for tag in ("link", "joint"):
+        for part in root.findall(tag):
+            if not part.get("name"):
+                raise InputError(f"has a <{tag}> without a name; give it one")
+            try:
+                _check_part(part)
+            except InputError as error:
+                raise InputError(f"{tag} {part.get('name')!r}: {error}") from error
+
+
+def _check_part(part: ElementTree.Element) -> None:
+    needed = ("parent", "child") if part.tag == "joint" else ()
+    for tag in needed:
+        if part.find(tag) is None:
+            raise InputError(f"has no <{tag}>; say which link that is")
+    for solid in part.findall("collision") + part.findall("visual"):
+        shapes = solid.find("geometry")
+        if shapes is None or len(shapes) != 1:
+            raise InputError(f"its <{solid.tag}> needs one <geometry> with one shape in it")
+    for element in part.iter():
+        for key in _NEEDED.get(element.tag, ()):
+            if not element.get(key):
+                raise InputError(f"its <{element.tag}> has no {key}; add it")
+        for key, text in element.items():
+            if key in _NUMBERS:
+                _check_numbers(key, text)
+
+
+def _check_numbers(key: str, text: str) -> None:
+    words = text.split()
+    try:
+        finite = all(math.isfinite(float(word)) for word in words)
+    except ValueError:
+        finite = False
+    counts = _NUMBERS[key]
+    if not finite or len(words) not in counts:
+        wanted = " or ".join(map(str, counts))
+        raise InputError(f"{key}={text!r} must hold {wanted} finite numbers, spaces between")
