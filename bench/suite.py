@@ -209,6 +209,15 @@ def _paper_rule(worlds: list[Environment]) -> str:
     if reason is None and all(mpnet.weights_file(world) is not None for world in worlds):
         return "match:mpnet"
     why = reason or "it has no weights here"
+    fmm = planners.make("fmm")
+    without = next(filter(None, map(fmm.unsupported, worlds)), None)
+    if without is not None:
+        logger.info(
+            "--stop paper: planners stop at their first solution, as no length is there to match "
+            "(mpnet: %s; fmm: %s)",
+            *(why, without),
+        )
+        return "first"
     logger.info("--stop paper: fmm sets the length to match, as mpnet does not: %s", why)
     return "match:fmm"
 

@@ -13,7 +13,8 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Generic, TypeVar, get_type_hints
+from types import NoneType, UnionType
+from typing import Any, Generic, TypeVar, get_args, get_type_hints
 
 from envs.errors import InputError, UnknownNameError, suggestion
 
@@ -248,6 +249,7 @@ def _typed_arguments(spec: Spec, chosen: Mapping[str, str]) -> dict[str, Any]:
 def _typed(text: str, hint: Any, what: str) -> Any:
     if hint is None:
         return text
+    hint = _without_none(hint)
     try:
         if hint is bool:
             return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
@@ -261,3 +263,9 @@ def _typed(text: str, hint: Any, what: str) -> Any:
     except (ValueError, KeyError):
         raise InputError(f"{what}={text}: {text!r} is not of type {hint.__name__}") from None
     return text
+
+
+def _without_none(hint: Any) -> Any:
+    """The type in "type | None", which a person cannot ask for but by leaving the argument out."""
+    named = [one for one in get_args(hint) if one is not NoneType]
+    return named[0] if isinstance(hint, UnionType) and len(named) == 1 else hint

@@ -11,6 +11,14 @@ from scipy.interpolate import RegularGridInterpolator
 from envs import Environment
 from envs.problem import Array
 
+_BY_DIMENSION = {4: 21, 5: 11}
+"""Nodes along a side by default, where 100 are too many: a few seconds a problem."""
+
+
+def default_resolution(dimension: int) -> int | None:
+    """Nodes along a side, if a grid of that dimension is worth solving."""
+    return 100 if dimension <= 3 else _BY_DIMENSION.get(dimension)
+
 
 class SpeedGrid:
     """An environment's speeds (equation 3) on the nodes of a regular grid over its free space.
@@ -40,7 +48,7 @@ class SpeedGrid:
         self.spacing: Array = (upper - self.lower) / cells
         self.radius = 1.5 * float(self.spacing.max())
         nodes = np.stack(np.meshgrid(*self._axes, indexing="ij"), axis=-1)
-        speed = env.speed(nodes.reshape(-1, env.dimension))
+        speed = env.speed_on_grid(nodes.reshape(-1, env.dimension))
         self._speed = speed.reshape(nodes.shape[:-1])
 
     def arrival_times(self, goal: Array) -> Array:

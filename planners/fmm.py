@@ -5,7 +5,7 @@ from __future__ import annotations
 from envs import Environment, InputError, Problem
 from envs.problem import Array
 from planners.base import Budget, Planner, PlannerResult, Status
-from planners.fast_marching import SpeedGrid
+from planners.fast_marching import SpeedGrid, default_resolution
 from planners.grid_field import GridField
 
 _MAX_NODES = 20_000_000  # of a grid that scikit-fmm solves within a few GB
@@ -18,7 +18,8 @@ class FastMarching(Planner):
     its own goal, so the field of arrival times is solved online.
 
     Args:
-        resolution: grid nodes along the longest side of the bounds, see `SpeedGrid`.
+        resolution: grid nodes along the longest side of the bounds, see `SpeedGrid`. By default
+            100 up to three dimensions, 21 in four, 11 in five, and none in more.
         order: of the finite differences, 1 or 2.
 
     Raises:
@@ -27,8 +28,8 @@ class FastMarching(Planner):
 
     improves = False
 
-    def __init__(self, resolution: int = 100, order: int = 2) -> None:
-        if not 5 <= resolution <= 10_000:
+    def __init__(self, resolution: int | None = None, order: int = 2) -> None:
+        if resolution is not None and not 5 <= resolution <= 10_000:
             raise InputError(f"fmm: resolution must be between 5 and 10000, not {resolution}")
         if order not in (1, 2):
             raise InputError(f"fmm: order must be 1 or 2, not {order}")
@@ -36,13 +37,17 @@ class FastMarching(Planner):
         self._order = order
 
     def unsupported(self, env: Environment) -> str | None:
-        nodes = self._resolution**env.dimension
-        if nodes > _MAX_NODES:
-            return f"a grid of {self._resolution}^{env.dimension} nodes is too large"
+        resolution = self._resolution or default_resolution(env.dimension)
+        if resolution is None:
+            return f"no grid of {env.dimension} dimensions is fine enough to help; set resolution"
+        if resolution**env.dimension > _MAX_NODES:
+            return f"a grid of {resolution}^{env.dimension} nodes is too large"
         return None
 
     def setup(self, env: Environment, *, seed: int) -> None:
-        self._grid = SpeedGrid(env, self._resolution, self._order)
+        resolution = self._resolution or default_resolution(env.dimension)
+        assert resolution is not None
+        self._grid = SpeedGrid(env, resolution, self._order)
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         grid = self._grid

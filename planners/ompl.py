@@ -41,7 +41,9 @@ _SAMPLES_EDGES = ("EITstar",)
 """Planners that never ask the motion validator and test states along an edge instead, with gaps
 of up to two lengths of a valid segment, since they skip those of an earlier, sparser pass."""
 _SEGMENT_SHARE = 0.002
-"""The length of a valid segment for them, as a share of the extent of the space."""
+_MOST_MARGIN = 0.05
+"""The length of a valid segment for them, as a share of the extent of the space; shorter where the
+margin would be more than this share of the distance at which the speed begins to fall."""
 
 
 class OmplPlanner(Planner):
@@ -101,9 +103,10 @@ class OmplPlanner(Planner):
         self._progress = _Progress()
         self._margin = 0.0
         if self._algorithm in _SAMPLES_EDGES:
-            self._si.setStateValidityCheckingResolution(_SEGMENT_SHARE)
-            gap = _SEGMENT_SHARE * space.getMaximumExtent()
-            self._margin = gap * env.robot.rate_bound + self._model.tolerance
+            extent, rate = space.getMaximumExtent(), env.robot.rate_bound
+            gap = min(_SEGMENT_SHARE * extent, _MOST_MARGIN * env.speed_model.d_max / rate)
+            self._si.setStateValidityCheckingResolution(gap / extent)
+            self._margin = gap * rate + self._model.tolerance
         # Kept on self: OMPL holds the callables without owning them.
         self._state_check = base.StateValidityCheckerFn(self._is_valid)
         self._motion_check = _motion_validator(self._si, self._model, self._progress)

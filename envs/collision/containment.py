@@ -77,7 +77,7 @@ def _points_of(solid: Solid) -> Array:
     if isinstance(solid, Mesh):
         whole = trimesh.Trimesh(solid.vertices, solid.faces, process=False)
         pieces = trimesh.graph.connected_components(
-            whole.face_adjacency, nodes=range(len(solid.faces))
+            whole.face_adjacency, nodes=np.arange(len(solid.faces))
         )
         return np.array([solid.vertices[solid.faces[piece[0], 0]] for piece in pieces])
     return solid.center[None] if isinstance(solid, Box) else np.zeros((1, 3))

@@ -7,7 +7,6 @@ edges of links by more. What is proved free with them is free.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -34,7 +33,10 @@ def clearances(arm: ArmView, scene: SceneView, q: Array) -> Array:
         _clearances(arm, scene, q[begin : begin + _BLOCK], found[begin : begin + _BLOCK])
 
     blocks = range(0, len(q), _BLOCK)
-    threads = min(len(blocks), numba.get_num_threads(), os.cpu_count() or 1)
+    # Not numba.get_num_threads(): that starts Numba's own threads, and OpenMP's with them, which
+    # then spin against PyTorch's.
+    most: int = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+    threads = min(len(blocks), most)
     if threads <= 1:
         for begin in blocks:
             fill(begin)

@@ -1,7 +1,8 @@
 """What a network is told about an arm's configuration, besides the joints themselves.
 
 Sines and cosines of the joints, where the bodies are, and how near to obstacles: a w-space
-encoding through forward kinematics, computed instead of learned, with its derivatives by the joints.
+encoding through forward kinematics, computed instead of learned. It has its derivatives by the
+joints.
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ from torch import Tensor, nn
 from envs.collision.primitives import NOTHING, SceneView, nearest, normal_at
 from envs.problem import Array
 from envs.robots.arm import ArmView
+from envs.robots.arm_clearance import part_clearances
 from envs.robots.chain import at, body_poses
 from envs.scenes.arm_world import ArmWorld
+from planners.fields.modes import NO_MODES
 from planners.scale import Scale
 
 _PER_BODY = 3
@@ -64,13 +67,16 @@ class ArmInputs(nn.Module):
     """Inputs of a network: 2 d of the joints, then 3 and 3 for each body.
 
     Attributes:
-        about: the arm and what is about it.
+        view: what compiled code is given.
         size: how many inputs there are.
+        held: modes, of which there are none.
     """
+
+    held = NO_MODES
 
     def __init__(self, env: ArmWorld) -> None:
         super().__init__()
-        self.about = ArmAbout.of(env)
+        self.view = ArmAbout.of(env)
         self.size = size_of_inputs(env.dimension)
 
     def forward(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
@@ -84,7 +90,7 @@ class ArmInputs(nn.Module):
     def at(self, x: Array) -> Array:
         """Inputs at (n, d) and their derivatives along the axes, (n, 1 + d, size)."""
         rows = np.zeros((len(x), 1 + x.shape[1], self.size))
-        _all_inputs(self.about, x, rows)
+        _all_inputs(self.view, x, rows)
         return rows
 
 
@@ -204,6 +210,46 @@ def _nearest_ball(about: Any, bodies: Any, body: int, center: Any) -> tuple[floa
             least, which = distance - radius, obstacle
             center[0], center[1], center[2] = x, y, z
     return least, which
+
+
+@_jit
+def arm_clearance_at(about: Any, x: Any) -> float:
+    """The clearance at (d,), by d_max."""
+    parts = np.empty(about.arm.moving)
+    q = about.middle + about.extent * x.astype(np.float64)
+    clearance: float = part_clearances(about.arm, about.scene, q, parts) / about.reach
+    return clearance
+
+
+@_jit
+def arm_outward(about: Any, x: Any, missing: float, step: Any) -> None:
+    """Writes a step (d,) from (d,) along the gradient of the clearance from obstacles, by which
+    that grows by about `missing`; no longer than `_LONGEST_PUSH`."""
+    d = len(x)
+    bodies = np.empty((1 + d, 3, 4))
+    body_poses(about.arm.chain, about.middle + about.extent * x.astype(np.float64), bodies)
+    axes, origins = np.empty((d, 3)), np.empty((d, 3))
+    joint_axes(about.arm, bodies, axes, origins)
+    least, nearest_body, obstacle = np.inf, 0, NOTHING
+    center, point, normal = np.zeros(3), np.zeros(3), np.zeros(3)
+    for body in range(1, 1 + d):
+        distance, which = _nearest_ball(about, bodies, body, point)
+        if distance < least:
+            least, nearest_body, obstacle = distance, body, which
+            center[:] = point
+    step[:] = 0.0
+    if obstacle == NOTHING:
+        return
+    normal_at(about.scene, obstacle, center[0], center[1], center[2], normal)
+    _moved_along(about.arm, axes, origins, nearest_body, center, normal, step)
+    per_length = math.sqrt((step**2).sum()) * about.extent / about.reach
+    if per_length > 0:
+        length = min(missing / per_length, _LONGEST_PUSH)
+        step *= length / math.sqrt((step**2).sum())
+
+
+_LONGEST_PUSH = 0.02
+"""In the networks' space."""
 
 
 @_jit

@@ -14,6 +14,7 @@ import numpy as np
 
 from envs.problem import Array
 from envs.seeding import stream
+from planners.fields.about import clearance_of, outward
 from planners.fields.encoder import SineBlock
 from planners.fields.execution import Descent
 from planners.fields.generator import Bound
@@ -21,13 +22,7 @@ from planners.fields.kernel import Network, Single, pair
 from planners.fields.modes import NO_MODES
 from planners.fields.networks import TimeField
 from planners.fields.operators import SmoothSymmetric
-from planners.fields.surroundings import (
-    NOWHERE,
-    clearance_at,
-    speed_at,
-    straight_times,
-    uphill,
-)
+from planners.fields.surroundings import NOWHERE, speed_at, straight_times
 
 
 class CompiledField:
@@ -61,8 +56,8 @@ class CompiledField:
             below=generator.head.below,
             opening=generator.head.opening,
             smoothing=SmoothSymmetric.smoothing,
-            held=NO_MODES if net.rooms is None else net.rooms.modes.view,
-            about=NOWHERE if net.rooms is None else net.rooms.surroundings.view,
+            held=NO_MODES if net.inputs is None else net.inputs.held,
+            about=NOWHERE if net.inputs is None else net.inputs.view,
         )
 
     @staticmethod
@@ -174,8 +169,7 @@ def _descend(
                 by = alpha / max(square[end], 1e-12)
                 if true_speed:
                     about = network.about
-                    here = clearance_at(about, ends[end, 0], ends[end, 1], ends[end, 2])
-                    pace = max(speed_at(about, here), about.least_speed)
+                    pace = max(speed_at(about, clearance_of(about, ends[end])), about.least_speed)
                     by = alpha * pace / max(math.sqrt(square[end]), 1e-6)
                 for k in range(d):
                     moved = ends[end, k] - by * gradients[end, k]
@@ -187,27 +181,24 @@ def _descend(
 
 @_jit
 def _joined(ends: Any, about: Any) -> bool:
-    """Whether nothing is in the way between two ends (2, 3)."""
+    """Whether nothing is in the way between two ends (2, d)."""
     for s in range(9):
-        t = s / 8
-        x, y, z = ends[0] + np.float32(t) * (ends[1] - ends[0])
-        if clearance_at(about, x, y, z) < 0.02:
+        if clearance_of(about, ends[0] + np.float32(s / 8) * (ends[1] - ends[0])) < 0.02:
             return False
     return True
 
 
 @_jit
 def _push_out(x: Any, margin: float, about: Any) -> None:
-    """Moves (3,) uphill until its clearance is about `margin`, as far as three steps allow."""
-    slope = np.empty(3)
+    """Moves (d,) uphill until its clearance is about `margin`, as far as three steps allow."""
+    step = np.empty(len(x))
     for _ in range(3):
-        missing = margin - clearance_at(about, x[0], x[1], x[2])
+        missing = margin - clearance_of(about, x)
         if missing <= 0:
             return
-        uphill(about, x, slope)
-        steepness = max(math.sqrt((slope**2).sum()), 1e-3 / about.reach)
-        for k in range(3):
-            x[k] += missing * about.reach * slope[k] / steepness
+        outward(about, x, missing, step)
+        for k in range(len(x)):
+            x[k] += step[k]
 
 
 @_jit

@@ -9,7 +9,6 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from planners.fields.activations import sine
-from planners.fields.rooms import CLEARANCES
 from planners.fields.shape import FieldShape
 
 
@@ -31,14 +30,12 @@ class SineBlock(nn.Module):
 class CSpaceEncoder(nn.Module):
     """Features of configurations and their Jacobian.
 
-    Linear and random Fourier inputs, and those of rooms, then residual blocks of sine layers.
+    Linear and random Fourier inputs, and computed ones, then residual blocks of sine layers.
     """
 
     def __init__(self, shape: FieldShape) -> None:
         super().__init__()
-        inputs = shape.dimension + 2 * shape.frequencies
-        if shape.modes:
-            inputs += CLEARANCES + shape.modes
+        inputs = shape.dimension + 2 * shape.frequencies + shape.computed
         self.waves: Tensor
         self.register_buffer(
             "waves", shape.bandwidth * torch.randn(shape.frequencies, shape.dimension)

@@ -14,8 +14,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from planners.fields.about import inputs_at
+from planners.fields.arm_inputs import ArmAbout
 from planners.fields.modes import Held
-from planners.fields.rooms import CLEARANCES, room_inputs
 from planners.fields.surroundings import View
 
 Single = NDArray[np.float32]
@@ -42,7 +43,7 @@ class Network(NamedTuple):
     opening: float
     smoothing: float
     held: Held
-    about: View
+    about: View | ArmAbout
 
 
 _jit = numba.njit(cache=True, fastmath=True)
@@ -87,9 +88,9 @@ def _inputs(ends: Any, net: Any, rows: Any) -> None:
                 rows[at + 1 + k, d + f] = cosine * turn
                 rows[at + 1 + k, d + frequencies + f] = -sine * turn
         if rows.shape[1] > direct:
-            more = np.empty((4, rows.shape[1] - direct))
-            room_inputs(net.held, net.about, ends[end].astype(np.float64), True, more)
-            rows[at : at + 4, direct:] = more
+            more = np.empty((1 + d, rows.shape[1] - direct))
+            inputs_at(net.held, net.about, ends[end].astype(np.float64), more)
+            rows[at : at + 1 + d, direct:] = more
 
 
 @_jit
@@ -154,7 +155,7 @@ def pair(ends: Any, gradients: Any, net: Any) -> float:
             at_goal += by_psi * features[goal_row, psi] - by_phi * features[goal_row, j]
         gradients[0, k] = at_start
         gradients[1, k] = at_goal
-    modes = inputs[:, d + 2 * len(net.waves) + CLEARANCES :]
+    modes = inputs[:, inputs.shape[1] - net.held.values.shape[1] :]
     stretch: float = net.scale * gate - net.below + _resistance(ends, modes, gradients)
     return stretch
 

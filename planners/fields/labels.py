@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from envs import Environment
 from envs.seeding import stream
-from planners.fast_marching import SpeedGrid
+from planners.fast_marching import SpeedGrid, default_resolution
 from planners.fields.sampling import PointSampler, Space
 from planners.parallel import Pieces, made_in_parallel
 from planners.scale import Scale
@@ -28,13 +28,13 @@ class LabelPlan:
     Attributes:
         sources: fields solved.
         goals: labels interpolated from each.
-        resolution: nodes per axis of the grid.
+        resolution: nodes per axis of the grid; None for `default_resolution` of the dimension.
         nearest: goals closer than this many spacings are left out, as the grid is too coarse.
     """
 
     sources: int = 200
     goals: int = 4096
-    resolution: int = 100
+    resolution: int | None = 100
     nearest: float = 3.0
 
 
@@ -91,7 +91,10 @@ class _Solver:
     def __init__(self, env: Environment, plan: LabelPlan, seed: int) -> None:
         self._plan = plan
         self._seed = seed
-        self._grid = SpeedGrid(env, plan.resolution, order=2)
+        resolution = plan.resolution or default_resolution(env.dimension)
+        if resolution is None:
+            raise ValueError(f"no labels fit in {env.dimension} dimensions")
+        self._grid = SpeedGrid(env, resolution, order=2)
         self._points = PointSampler(Space.of(env))
         self._scale = Scale.of(env)
 

@@ -9,6 +9,9 @@ import torch
 from torch import Tensor
 
 from envs import Environment, InputError
+from envs.scenes.arm_world import ArmWorld
+from planners.fast_marching import default_resolution
+from planners.fields.arm_inputs import ArmInputs, size_of_inputs
 from planners.fields.labels import LabelPlan
 from planners.fields.networks import TimeField
 from planners.fields.objectives import (
@@ -18,7 +21,7 @@ from planners.fields.objectives import (
     WithWorkspace,
 )
 from planners.fields.paper import PaperField, PublishedPhysics
-from planners.fields.rooms import RoomInputs
+from planners.fields.rooms import CLEARANCES, RoomInputs
 from planners.fields.sampling import GroupPlan, NearSurfaces
 from planners.fields.segments import LargestSubsolutionInRooms
 from planners.fields.shape import FieldShape
@@ -35,6 +38,9 @@ _BANDWIDTH_IN_ROOMS = 0.14
 
 _MODES = 16
 """Of free space, in rooms."""
+
+_ARM_RATIO = 15.0
+"""Of arrival times by distances that arms' fields can express; detours take less than walls."""
 
 
 def bandwidth(env: Environment) -> float:
@@ -66,15 +72,28 @@ def for_rooms(env: Environment) -> TimeField:
         below=2.0,
         opening=0.0,
         bandwidth=bandwidth(env),
+        computed=CLEARANCES + _MODES,
         modes=_MODES,
     )
-    return TimeField(made, rooms=RoomInputs(env, _MODES))
+    return TimeField(made, inputs=RoomInputs(env, _MODES))
 
 
 def survey(net: TimeField, seed: int) -> None:
     """Computes the modes of free space."""
-    assert net.rooms is not None
-    net.rooms.modes.solve(seed)
+    assert isinstance(net.inputs, RoomInputs)
+    net.inputs.modes.solve(seed)
+
+
+def for_arms(env: Environment) -> TimeField:
+    """The network for arms, see `planners.fields.arm_inputs`."""
+    assert isinstance(env, ArmWorld)
+    made = FieldShape(
+        env.dimension,
+        frequencies=0,
+        speed_ratio=_ARM_RATIO,
+        computed=size_of_inputs(env.dimension),
+    )
+    return TimeField(made, inputs=ArmInputs(env))
 
 
 def published(env: Environment) -> PaperField:
@@ -161,6 +180,31 @@ IN_ROOMS: dict[str, Method] = {
 }
 """What is done otherwise in rooms."""
 
+FOR_ARMS: dict[str, Method] = {
+    "ntfields": Method(for_arms, LargestSubsolution, Recipe(steps=5000), expected_minutes=5.0),
+    "ief3d": Method(
+        for_arms,
+        lambda: Regression(LabelPlan(resolution=None)),
+        Recipe(steps=3000),
+        expected_minutes=6.0,
+    ),
+}
+"""What is done otherwise for arms."""
+
+_FOR_POINTS = ("ntfields-wenc", "ntfields-wenc-early", "ntfields-paper")
+"""Methods whose learned w-space encoder looks about one point."""
+
+
+def unsupported(name: str, env: Environment) -> str | None:
+    """Why a method is not for an environment, or None if it is."""
+    if not isinstance(env, ArmWorld):
+        return None
+    if name in _FOR_POINTS:
+        return "its learned w-space encoder looks about a robot that is a point, not an arm"
+    if name == "ief3d" and default_resolution(env.dimension) is None:
+        return f"no labels by fast marching fit in {env.dimension} dimensions"
+    return None
+
 
 def method(name: str, env: Environment) -> Method:
     """The method of a name, as it is in an environment.
@@ -172,4 +216,6 @@ def method(name: str, env: Environment) -> Method:
         raise InputError(f"no time field is called {name!r}; choose from {', '.join(METHODS)}")
     if env.enclosed and name in IN_ROOMS:
         return IN_ROOMS[name]
+    if isinstance(env, ArmWorld) and name in FOR_ARMS:
+        return FOR_ARMS[name]
     return METHODS[name]

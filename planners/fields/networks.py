@@ -15,12 +15,16 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from planners.fields.arm_inputs import ArmInputs
 from planners.fields.encoder import CSpaceEncoder
 from planners.fields.generator import TimeFieldGenerator
 from planners.fields.operators import OPERATORS, Operator, contract
-from planners.fields.rooms import CLEARANCES, RoomInputs, effective_resistance, resistance_stretch
+from planners.fields.rooms import RoomInputs, effective_resistance, resistance_stretch
 from planners.fields.shape import FieldShape
 from planners.fields.workspace import WSpaceEncoder
+
+ComputedInputs = RoomInputs | ArmInputs
+"""What a network is told about a configuration besides the configuration itself."""
 
 
 class TimeField(nn.Module):
@@ -28,30 +32,33 @@ class TimeField(nn.Module):
 
     Args:
         grid: occupancy of the workspace, for a shape with a w-space encoder.
-        rooms: further inputs, for a shape with modes.
+        inputs: computed ones, for a shape that has such.
 
     Attributes:
         workspace_weight: lambda, by which the w-space encoder's features count.
 
     Raises:
         ValueError: there is a w-space encoder and no grid, or a grid and no encoder; or the same
-            of modes and rooms.
+            of computed inputs.
     """
 
     def __init__(
-        self, shape: FieldShape, grid: Tensor | None = None, rooms: RoomInputs | None = None
+        self,
+        shape: FieldShape,
+        grid: Tensor | None = None,
+        inputs: ComputedInputs | None = None,
     ) -> None:
         super().__init__()
         if shape.workspace != (grid is not None):
             raise ValueError("a grid belongs to a w-space encoder, and only to one")
-        if (shape.modes > 0) != (rooms is not None):
-            raise ValueError("room inputs belong to a shape with modes, and only to one")
+        if shape.computed != (0 if inputs is None else inputs.size):
+            raise ValueError("computed inputs belong to a shape that has as many")
         self.shape = shape
         self.operator: Operator = OPERATORS[shape.operator]()
         self.encoder = CSpaceEncoder(shape)
         self.generator = TimeFieldGenerator(shape, self.operator.widening * shape.features)
         self.workspace_weight = 1.0
-        self.rooms = rooms
+        self.inputs = inputs
         self.workspace = None if grid is None else WSpaceEncoder(2 * shape.width, grid)
 
     def forward(self, start: Tensor, goal: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -96,7 +103,7 @@ class TimeField(nn.Module):
             at_source[..., :f].reshape(groups * t, f), at_goal[..., :f].reshape(groups * t, f)
         )
         stretch: Tensor = self.generator(combined)[0].reshape(groups, t)
-        if self.rooms is None:
+        if self.shape.modes == 0:
             return stretch
         distance = (sources[:, None] - goals).norm(dim=-1)
         resistance = effective_resistance(at_source[..., f:] - at_goal[..., f:])
@@ -108,12 +115,12 @@ class TimeField(nn.Module):
     def _features(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
         """Features (n, f) of configurations (n, d), and their derivatives (k, n, f) along
         `directions` (k, d). In rooms the modes follow them, as they are."""
-        if self.rooms is not None:
-            inputs = self.rooms(q, directions)
+        if self.inputs is not None:
+            inputs = self.inputs(q, directions)
             learned = self.encoder(q, directions, inputs)
+            modes = self.shape.computed - self.shape.modes
             joined = (
-                torch.cat([a, b[..., CLEARANCES:]], -1)
-                for a, b in zip(learned, inputs, strict=True)
+                torch.cat([a, b[..., modes:]], -1) for a, b in zip(learned, inputs, strict=True)
             )
             return next(joined), next(joined)
         direct: tuple[Tensor, Tensor] = self.encoder(q, directions)
@@ -139,7 +146,7 @@ class TimeField(nn.Module):
             contract(toward_start, by_start[..., :f]),
             contract(toward_goal, by_goal[..., :f]),
         )
-        if self.rooms is None:
+        if self.shape.modes == 0:
             return found
         apart = at_start[..., f:] - at_goal[..., f:]
         lifted = resistance_stretch(apart, by_start[..., f:], by_goal[..., f:], offset)

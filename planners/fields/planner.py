@@ -11,13 +11,13 @@ from torch import Tensor, nn
 
 from envs import Environment, InputError, Problem
 from envs.collision.fcl_model import DEFAULT_TOLERANCE
-from envs.collision.paths import paths_are_free
 from envs.problem import Array
 from planners.base import Budget, PlannerResult, Status
 from planners.fields.compiled import CompiledField
 from planners.fields.execution import Descent, Field, descend, gradients
-from planners.fields.methods import method
+from planners.fields.methods import method, unsupported
 from planners.fields.networks import TimeField
+from planners.fields.rooms import RoomInputs
 from planners.learned import LearnedPlanner, Trained, Training
 from planners.learning import learn
 from planners.scale import Scale
@@ -41,7 +41,23 @@ ATTEMPTS_IN_ROOMS = (
 )
 """The same in rooms, where a field is steep and least certain beside walls."""
 
+ATTEMPTS_FOR_ARMS = (
+    Descent(step=0.02, true_speed=True),
+    Descent(step=0.02, moves=(False, True), most_steps=700, true_speed=True),
+    Descent(step=0.02, moves=(True, False), most_steps=700, true_speed=True),
+    Descent(step=0.01, true_speed=True, margin=0.1),
+    Descent(step=0.01, moves=(False, True), most_steps=700, true_speed=True, margin=0.1),
+)
+"""The same for arms."""
+
 _SAFE = 3 * DEFAULT_TOLERANCE  # what the check finds free, the judge, at its tolerance, does too
+
+
+def _attempts(net: Any) -> tuple[Descent, ...]:
+    inputs = net.inputs if isinstance(net, TimeField) else None
+    if isinstance(inputs, RoomInputs):
+        return ATTEMPTS_IN_ROOMS
+    return ATTEMPTS if inputs is None else ATTEMPTS_FOR_ARMS
 
 
 class FieldPlanner(LearnedPlanner):
@@ -68,6 +84,9 @@ class FieldPlanner(LearnedPlanner):
             raise InputError(f"{method}: attempts must be between 1 and {len(ATTEMPTS)}")
         self._count = attempts
 
+    def unsupported(self, env: Environment) -> str | None:
+        return unsupported(self.name, env)
+
     def expected_minutes(self, env: Environment) -> float:
         return method(self.name, env).expected_minutes
 
@@ -75,9 +94,18 @@ class FieldPlanner(LearnedPlanner):
         net = method(self.name, env).network(env)
         net.load_state_dict({name: torch.from_numpy(a) for name, a in tensors.items()})
         self._use(env, net)
-        if self._compiled is not None:  # compile now, or load what was compiled before
-            middle = np.zeros(env.dimension)
-            self._one(middle, middle + 0.1, self._attempts[0])
+        if self._compiled is not None:
+            self._compile()
+
+    def _compile(self) -> None:
+        """Compiles all that `solve` may call, or loads what was compiled before: off the clock."""
+        assert self._compiled is not None
+        middle = (self._env.lower + self._env.upper) / 2
+        ends = np.array([middle, middle + 0.01 * self._scale.extent])
+        self._one(ends[0], ends[1], self._attempts[0])
+        self._free([ends])
+        if any(descent.escapes for descent in self._attempts):
+            self._compiled.escaped(self._scale.shrink(ends).astype(np.float32), 0)
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         refusal = self._refused([problem])[0]
@@ -137,10 +165,9 @@ class FieldPlanner(LearnedPlanner):
         self._lower = self._scale.shrink(env.lower)
         self._upper = self._scale.shrink(env.upper)
         self._net: Field = net.to(self.device).eval()
-        self._in_rooms = isinstance(net, TimeField) and net.rooms is not None
-        attempts = ATTEMPTS_IN_ROOMS if self._in_rooms else ATTEMPTS
-        self._attempts = attempts[: self._count]
-        wanted = self.device == "cpu" or self._in_rooms
+        self._one_by_one = isinstance(net, TimeField) and net.inputs is not None
+        self._attempts = _attempts(net)[: self._count]
+        wanted = self.device == "cpu" or self._one_by_one
         self._compiled = CompiledField(net) if wanted and CompiledField.fits(net) else None
 
     def _refused(self, problems: Sequence[Problem]) -> list[Status | None]:
@@ -166,7 +193,7 @@ class FieldPlanner(LearnedPlanner):
 
     def _many(self, problems: Sequence[Problem], descent: Descent) -> list[Array | None]:
         """The same for many problems; at once, but in rooms."""
-        if self._in_rooms:
+        if self._one_by_one:
             return [self._one(p.start, p.goal, descent) for p in problems]
         starts = self._tensor(np.array([p.start for p in problems]))
         goals = self._tensor(np.array([p.goal for p in problems]))
@@ -187,8 +214,7 @@ class FieldPlanner(LearnedPlanner):
         return grown
 
     def _free(self, paths: Sequence[Array]) -> Any:
-        rate = self._env.robot.rate_bound
-        return paths_are_free(self._env.clearance, rate, paths, _SAFE)
+        return self._env.paths_are_free(paths, _SAFE)
 
     def _tensor(self, q: Array) -> Tensor:
         return torch.from_numpy(self._scale.shrink(q)).float().to(self.device)

@@ -16,9 +16,9 @@ from torch import Tensor, nn
 
 from envs import Environment
 from envs.problem import Array
-from planners.fields.modes import Modes, modes_at
+from planners.fields.modes import Held, Modes, modes_at
 from planners.fields.operators import contract
-from planners.fields.surroundings import clearance_at, surroundings_of, uphill
+from planners.fields.surroundings import View, clearance_at, surroundings_of, uphill
 
 _OFFSETS = 0.6 * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 """Of the points at which clearances are taken, by d_max."""
@@ -49,6 +49,16 @@ class RoomInputs(nn.Module):
         self.surroundings = surroundings_of(env)
         self.modes = Modes(self.surroundings, count)
         self.size = CLEARANCES + count
+
+    @property
+    def view(self) -> View:
+        """What compiled code is given of the surroundings."""
+        return self.surroundings.view
+
+    @property
+    def held(self) -> Held:
+        """What it is given of the modes."""
+        return self.modes.view
 
     def forward(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
         """Inputs (n, size) at configurations (n, 3), and their derivatives (k, n, size) along

@@ -20,7 +20,8 @@ class FieldShape:
         operator: how two configurations' features are combined, see `OPERATORS`.
         bounded: whether the stretch is bounded.
         workspace: whether there is a w-space encoder.
-        modes: how many modes of free space are inputs; 0 but in rooms.
+        computed: how many inputs are computed from the environment, see `networks.ComputedInputs`.
+        modes: how many of them, the last ones, are modes of free space; 0 but in rooms.
     """
 
     dimension: int
@@ -35,6 +36,7 @@ class FieldShape:
     operator: str = "smooth"
     bounded: bool = True
     workspace: bool = False
+    computed: int = 0
     modes: int = 0
 
     @property

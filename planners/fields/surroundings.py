@@ -150,6 +150,15 @@ def uphill(view: Any, x: Any, slope: Any) -> None:
 
 
 @_jit
+def room_outward(view: Any, x: Any, missing: float, step: Any) -> None:
+    """Writes a step (3,) uphill from (3,), as long as the clearance that is missing, by d_max."""
+    uphill(view, x, step)
+    steepness = max(math.sqrt((step**2).sum()), 1e-3 / view.reach)
+    for axis in range(3):
+        step[axis] *= missing * view.reach / steepness
+
+
+@_jit
 def _clearances(view: Any, x: Any) -> Any:
     found = np.empty(len(x))
     for n in range(len(x)):

@@ -66,7 +66,7 @@ def test_an_interrupted_training_keeps_its_modes(two_rooms: str, tmp_path: Path)
     fresh.load(tmp_path / "checkpoint")
     x = np.random.default_rng(0).uniform(-0.3, 0.3, (20, 3))
     for module in (fresh.net, fresh.average):
-        assert (module.rooms.at(x) == net.rooms.at(x)).all()
+        assert (module.inputs.at(x) == net.inputs.at(x)).all()
 
 
 def test_weights_for_rooms_are_small_enough_to_ship(two_rooms: str) -> None:

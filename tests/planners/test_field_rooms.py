@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import torch
 from envs.collision.shapes import Box
 from envs.scenes.boxes import BoxWorld
 from envs.speed import SpeedModel
+from planners.fields import planner as planner_module
 from planners.fields.compiled import CompiledField
 from planners.fields.execution import Descent, gradients
 from planners.fields.modes import modes_of
@@ -23,6 +25,7 @@ from planners.fields.sampling import Space
 from planners.fields.segments import LargestSubsolutionInRooms
 from planners.fields.shape import FieldShape
 from planners.fields.surroundings import Surroundings, surroundings_of
+from planners.learning import Method
 
 MODES = 6
 
@@ -69,8 +72,10 @@ def rooms(world: TwoRooms) -> RoomInputs:
 @pytest.fixture(scope="module")
 def net(rooms: RoomInputs) -> TimeField:
     torch.manual_seed(1)
-    shape = FieldShape(3, frequencies=8, width=32, below=2.0, opening=0.0, modes=MODES)
-    return TimeField(shape, rooms=rooms).eval()
+    shape = FieldShape(
+        3, frequencies=8, width=32, below=2.0, opening=0.0, computed=CLEARANCES + MODES, modes=MODES
+    )
+    return TimeField(shape, inputs=rooms).eval()
 
 
 def points(n: int, seed: int = 0) -> np.ndarray:
@@ -129,14 +134,14 @@ def test_the_median_resistance_is_the_median_distance(rooms: RoomInputs, world: 
 
 
 def test_modes_come_back_from_weights(net: TimeField, world: TwoRooms) -> None:
-    fresh = TimeField(net.shape, rooms=RoomInputs(world, MODES)).eval()
+    fresh = TimeField(net.shape, inputs=RoomInputs(world, MODES)).eval()
     fresh.load_state_dict(net.state_dict())
     a, b = (torch.from_numpy(points(20, seed)).float() for seed in (1, 2))
     for wanted, found in zip(net(a, b), fresh(a, b), strict=True):
         assert torch.equal(wanted, found)
-    assert deepcopy(fresh).rooms.surroundings is fresh.rooms.surroundings
+    assert deepcopy(fresh).inputs.surroundings is fresh.inputs.surroundings
     with pytest.raises((RuntimeError, ValueError), match="modes"):
-        RoomInputs(world, MODES + 1).load_state_dict(net.rooms.state_dict())
+        RoomInputs(world, MODES + 1).load_state_dict(net.inputs.state_dict())
 
 
 def test_solving_twice_gives_the_same(world: TwoRooms, rooms: RoomInputs) -> None:
@@ -305,3 +310,24 @@ def test_a_path_with_escapes_is_in_one_piece(net: TimeField) -> None:
             assert (path[-1] == goal).all()
             assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= 5.0 * 4 / 20 + 1e-6
     assert paths > 0
+
+
+def test_nothing_is_left_to_be_compiled_on_the_clock(
+    net: TimeField, world: TwoRooms, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled: list[str] = []
+    for name in ("descend", "escaped"):
+        whole = getattr(CompiledField, name)
+
+        def noted(
+            self: CompiledField, *arguments: Any, name: str = name, whole: Any = whole
+        ) -> Any:
+            compiled.append(name)
+            return whole(self, *arguments)
+
+        monkeypatch.setattr(CompiledField, name, noted)
+    same = Method(lambda env: deepcopy(net), LargestSubsolutionInRooms)
+    monkeypatch.setattr(planner_module, "method", lambda name, env: same)
+    planner = planner_module.FieldPlanner("ntfields")
+    planner.load(world, {name: value.numpy() for name, value in net.state_dict().items()})
+    assert set(compiled) == {"descend", "escaped"}
