@@ -17,6 +17,7 @@ from bench.store import Store
 from bench.suite import make_suite, on_device
 from envs import InputError
 from envs.registry import Registry
+from envs.scenes.arm_world import ArmWorld
 
 DONE, NOTHING_MEASURED = 0, 3
 
@@ -86,7 +87,8 @@ def report(chosen: argparse.Namespace) -> int:
 
 def show(chosen: argparse.Namespace) -> int:
     """`bench show`."""
-    from bench.report import scene  # matplotlib takes a second, which only this command needs
+    # Matplotlib takes a second, which only this command needs.
+    from bench.report import arm_scene, scene
 
     env = envs.REGISTRY.entry(chosen.env)
     world = env.make()
@@ -98,7 +100,10 @@ def show(chosen: argparse.Namespace) -> int:
             wanted = [entry.id for entry in planners.REGISTRY.entries(chosen.planners)]
             records = records[records["planner"].isin(wanted)]
         shown = scene.paths_of_problem(records, world.fingerprint, chosen.problem)
-    scene.draw(world, env.id, shown, chosen.out)
+    if isinstance(world, ArmWorld):
+        arm_scene.draw(world, env.id, shown, chosen.out)
+    else:
+        scene.draw(world, env.id, shown, chosen.out)
     return DONE
 
 

@@ -119,7 +119,11 @@ class Suite:
         """JSON data that says which records of a store this run is about."""
         return {
             "envs": [
-                {"id": arena.entry.id, "fingerprint": arena.env.fingerprint}
+                {
+                    "id": arena.entry.id,
+                    "fingerprint": arena.env.fingerprint,
+                    "census": arena.env.census(self.problems, self.seed),
+                }
                 for arena in self.arenas
             ],
             "planners": [entry.id for entry in self.planners],

@@ -75,8 +75,9 @@ class Environment(ABC):
             InputError: the scene leaves too little free space.
         """
 
-    def census(self, n: int, seed: int) -> dict[str, Any]:
-        """What is worth knowing of how the first `n` problems of `seed` came about, JSON data."""
+    def census(self, n: int, seed: int) -> dict[str, float]:
+        """What is worth knowing of how the first `n` problems of `seed` came about: numbers by
+        what they count, which tables show."""
         return {}
 
     @abstractmethod

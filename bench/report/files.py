@@ -46,11 +46,18 @@ def write(
 def caption(selection: dict[str, Any]) -> str:
     """How the numbers came about, in a line."""
     settings = selection["settings"]
-    return (
+    text = (
         f"{selection['problems']} problems an environment, seed {selection['seed']}, "
         f"time limit {settings['time_limit_s']:g} s, stop rule `{settings['stop']}`, "
         f"{settings['jobs']} at a time."
     )
+    for env in selection["envs"]:
+        if env.get("census"):
+            facts = ", ".join(
+                f"{what.replace('_', ' ')} {n:g}" for what, n in env["census"].items()
+            )
+            text += f" Problems of {env['id']}: {facts}."
+    return text
 
 
 def write_manifest(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,6 +35,7 @@ _OTHER_COLOURS = (
 )
 
 
+_DPI = 150
 _GREY = (0.62, 0.63, 0.68)
 _FREE_SIDE = 1e-2  # how far from a face its free side is looked for, in workspace units
 _ABOVE_PATHS = 1.0  # where a building is cut off, in workspace units
@@ -85,6 +86,25 @@ def paths_of_problem(records: pd.DataFrame, fingerprint: str, problem: int | Non
     return Shown(problem, paths, frozenset(refused))
 
 
+def colours(planners: Iterable[str]) -> dict[str, str]:
+    """What each planner is drawn in."""
+    names = list(planners)
+    others = iter(_OTHER_COLOURS * (1 + len(names)))
+    return {name: COLOURS.get(name) or next(others) for name in names}
+
+
+def save(figure: Figure, file: Path) -> None:
+    """Writes a picture.
+
+    Raises:
+        InputError: the file cannot be written as an image.
+    """
+    try:
+        figure.savefig(file, dpi=_DPI)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot write {file}: {error}") from error
+
+
 def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
     """Draws the obstacles of a 3-D environment, and paths among them, into an image file.
 
@@ -94,7 +114,7 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
         InputError: the environment is not 3-D, or the file cannot be written as an image.
     """
     if env.dimension != 3:
-        raise InputError(f"only 3-D environments can be drawn so far, not {env.dimension}-D")
+        raise InputError(f"only arms and 3-D environments can be drawn, not {env.dimension}-D ones")
     with mpl.rc_context({"font.size": 9}):
         figure = Figure(figsize=(7, 6), layout="constrained")
         axes = figure.add_subplot(projection="3d")
@@ -117,10 +137,7 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
         axes.set_title(name if shown is None else f"{name}, problem {shown.problem}")
         if shown is not None:
             _draw_paths(axes, shown)
-        try:
-            figure.savefig(file, dpi=150)
-        except (OSError, ValueError) as error:
-            raise InputError(f"cannot write {file}: {error}") from error
+        save(figure, file)
 
 
 def _is_interior(env: Environment) -> bool:
@@ -146,10 +163,10 @@ def _seen_when_cut_open(env: Environment, faces: Array, shown: Shown | None) -> 
 
 
 def _draw_paths(axes: object, shown: Shown) -> None:
-    others = iter(_OTHER_COLOURS * (1 + len(shown.paths)))
+    colour_of = colours(shown.paths)
     for planner, path in shown.paths.items():
         style = "--" if planner in shown.refused else "-"
-        colour = COLOURS.get(planner) or next(others)
+        colour = colour_of[planner]
         axes.plot(*path.T, style, color=colour, label=planner, linewidth=1.8, zorder=3)  # type: ignore[attr-defined]
     ends = np.array([next(iter(shown.paths.values()))[i] for i in (0, -1)])
     axes.scatter(*ends.T, color="black", s=25, zorder=4)  # type: ignore[attr-defined]

@@ -18,7 +18,7 @@ from envs.problem import Array
 from envs.robots.base import Pose
 from envs.robots.chain import Chain, ChainView, at, body_poses, compose
 
-SLACK = 0.005
+SLACK = 0.008
 """About how far, in metres, the spheres that cover links reach out of their sides."""
 
 
@@ -42,6 +42,8 @@ class ArmView(NamedTuple):
             joint slides, 0 where it does not move the part.
         balls: (m, 4) centres in the bodies' frames, and radii, of spheres that cover the parts.
         ball_parts: (m,) which part each covers, in ascending order.
+        first_balls: (p + 1,) where each part's begin.
+        extents: (p,) radii of spheres about `middles` that hold a part's balls.
         pairs: (p, p) of bool, which parts may collide with each other.
         moving: the number of parts that move; they come first.
     """
@@ -54,6 +56,8 @@ class ArmView(NamedTuple):
     reach: Array
     balls: Array
     ball_parts: NDArray[np.int64]
+    first_balls: NDArray[np.int64]
+    extents: Array
     pairs: NDArray[np.bool_]
     moving: int
 
@@ -123,6 +127,8 @@ class Arm:
         )
         radii = np.array([radius for _, radius in held])
         balls, ball_parts = self._covered(offsets)
+        outward = np.linalg.norm(balls[:, :3] - middles[ball_parts], axis=1) + balls[:, 3]
+        first_balls = np.searchsorted(ball_parts, np.arange(len(bodies) + 1))
         return ArmView(
             self.chain.view,
             bodies,
@@ -132,6 +138,8 @@ class Arm:
             self._reach(bodies, middles, radii),
             balls,
             ball_parts,
+            first_balls,
+            np.maximum.reduceat(outward, first_balls[:-1]),
             self._apart(bodies),
             int((bodies > 0).sum()),
         )

@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.primitives import SceneView, nearest
+from envs.collision.primitives import NOTHING, SceneView, nearest
 from envs.problem import Array
 from envs.robots.arm import ArmView, part_bounds
 from envs.robots.chain import at, body_poses
@@ -105,13 +105,24 @@ def _clearances(arm: Any, scene: Any, q: Any, found: Any) -> None:
     bodies = np.empty((1 + q.shape[1], 3, 4))
     for n in range(len(q)):
         body_poses(arm.chain, q[n], bodies)
-        least = np.inf
-        for ball in range(len(arm.balls) - 1, -1, -1):  # what is farther out is nearer to things
-            pose = bodies[arm.bodies[arm.ball_parts[ball]]]
+        found[n] = _least(arm, scene, bodies)
+
+
+@_jit
+def _least(arm: Any, scene: Any, bodies: Any) -> float:
+    """The least of the parts' clearances from obstacles. Those farther out come first: they are
+    nearer to things, and then most others are seen to be farther away at a glance."""
+    least = np.inf
+    for part in range(arm.moving - 1, -1, -1):
+        pose = bodies[arm.bodies[part]]
+        x, y, z = at(pose, arm.middles[part])
+        if nearest(scene, x, y, z, least + arm.extents[part])[1] == NOTHING:
+            continue
+        for ball in range(arm.first_balls[part], arm.first_balls[part + 1]):
             x, y, z = at(pose, arm.balls[ball])
             radius = arm.balls[ball, 3]
             least = nearest(scene, x, y, z, least + radius)[0] - radius
-        found[n] = least
+    return least
 
 
 @_jit
@@ -124,21 +135,21 @@ def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> b
     bounds, parts = np.empty(arm.moving), np.empty(arm.moving)
     part_bounds(arm, a, b, bounds)
     low, high = [0.0], [1.0]
-    at = 0
-    while at < len(low):
-        middle = (low[at] + high[at]) / 2
+    n = 0
+    while n < len(low):
+        middle = (low[n] + high[n]) / 2
         if part_clearances(arm, scene, a + middle * (b - a), parts) <= tolerance:
             return False
         reach = np.inf
         for part in range(arm.moving):
             if bounds[part] > 0:
                 reach = min(reach, (parts[part] - tolerance / 2) / bounds[part])
-        if reach < (high[at] - low[at]) / 2:
-            low.append(low[at])
+        if reach < (high[n] - low[n]) / 2:
+            low.append(low[n])
             high.append(middle - reach)
             low.append(middle + reach)
-            high.append(high[at])
-        at += 1
+            high.append(high[n])
+        n += 1
     return True
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -33,6 +34,24 @@ _TOUCHING = -1e-9
 _MOST_FREE_OF_FIVE = 2
 """Straight lines among five problems in a row: so at least 60 % are blocked."""
 
+_MOST_FRUITLESS = 2000
+"""Pairs of ends in a row that will not do, before the world is found to have too few problems."""
+
+
+@dataclass
+class _Made:
+    """Problems as they are made.
+
+    Attributes:
+        pairs: of ends, each (d,).
+        straight: whether the straight lines between them are free.
+        dropped: how many pairs were not joined by the search.
+    """
+
+    pairs: list[tuple[Array, Array]] = field(default_factory=list)
+    straight: list[bool] = field(default_factory=list)
+    dropped: int = 0
+
 
 class ArmWorld(Environment):
     """A serial arm on a fixed base among solids. Joints in radians (metres where they slide),
@@ -57,6 +76,7 @@ class ArmWorld(Environment):
         self.speed_model = SpeedModel(d_min=_D_MAX / 15, d_max=_D_MAX, contact=_CONTACT)
         self._kind = kind
         self._seeds = seeds
+        self._last_made: tuple[tuple[int, int] | None, _Made] = (None, _Made())
 
     @cached_property
     def scene(self) -> SceneView:
@@ -106,42 +126,50 @@ class ArmWorld(Environment):
         made = self._made(n, seed)
         return [
             Problem(start, goal, index, derived_seed(f"{self._kind} planner", seed, index))
-            for index, (start, goal) in enumerate(made["pairs"])
+            for index, (start, goal) in enumerate(made.pairs)
         ]
 
-    def census(self, n: int, seed: int) -> dict[str, Any]:
+    def census(self, n: int, seed: int) -> dict[str, float]:
         made = self._made(n, seed)
         return {
-            "straight_lines_blocked": round(made["blocked"] / n, 4),
-            "dropped_as_unsolved": made["dropped"],
+            "share_of_straight_lines_blocked": round(1 - sum(made.straight) / n, 4),
+            "pairs_dropped_as_unsolved": made.dropped,
         }
 
-    def _made(self, n: int, seed: int) -> dict[str, Any]:
-        """The first `n` pairs of ends, how many straight lines are blocked, and how many pairs
-        were dropped because the search did not join them."""
-        made: dict[str, Any] = {"pairs": [], "blocked": 0, "dropped": 0}
+    def _made(self, n: int, seed: int) -> _Made:
+        if (n, seed) != self._last_made[0]:
+            self._last_made = (n, seed), self._make(n, seed)
+        return self._last_made[1]
+
+    def _make(self, n: int, seed: int) -> _Made:
+        made = _Made()
         rng = stream(f"{self._kind} problems", seed, *self._seeds)
-        free: list[bool] = []
+        fruitless = 0
         for start, goal in self._ends(rng):
-            if len(made["pairs"]) == n:
+            fruitless = 0 if self._take(made, rng, start, goal) else fruitless + 1
+            if len(made.pairs) == n:
+                return made
+            if fruitless == _MOST_FRUITLESS:
                 break
-            straight = connection.straight_is_free(self.robot.view, self.scene, start, goal)
-            recent = free[len(free) - len(free) % 5 :]
-            if straight and sum(recent) == _MOST_FREE_OF_FIVE:
-                continue
-            draws = rng.uniform(self.lower, self.upper, (connection.ITERATIONS, self.dimension))
-            if not connection.joined(self.robot.view, self.scene, start, goal, draws):
-                made["dropped"] += 1
-                continue
-            free.append(straight)
-            made["pairs"].append((start, goal))
-            made["blocked"] += not straight
-        if len(made["pairs"]) < n:
-            raise InputError(
-                f"found only {len(made['pairs'])} of {n} problems: the arm has too little room; "
-                "move obstacles away from it or ask for fewer problems"
-            )
-        return made
+        raise InputError(
+            f"found only {len(made.pairs)} of {n} problems: three of five straight lines must be "
+            "blocked, and both ends be joined by a path; change what is about the arm"
+        )
+
+    def _take(self, made: _Made, rng: np.random.Generator, start: Array, goal: Array) -> bool:
+        """Adds a problem if it will do."""
+        arm, scene = self.robot.view, self.scene
+        straight = connection.straight_is_free(arm, scene, start, goal)
+        recent = made.straight[len(made.straight) - len(made.straight) % 5 :]
+        if straight and sum(recent) == _MOST_FREE_OF_FIVE:
+            return False
+        draws = rng.uniform(self.lower, self.upper, (connection.ITERATIONS, self.dimension))
+        if not connection.joined(arm, scene, start, goal, draws):
+            made.dropped += 1
+            return False
+        made.straight.append(straight)
+        made.pairs.append((start, goal))
+        return True
 
     def _ends(self, rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
         """Starts and goals, until a hundred thousand pairs in a row are refused."""

@@ -199,16 +199,16 @@ def _nearest_ball(about: Any, bodies: Any, body: int, center: Any) -> tuple[floa
     arm = about.arm
     least, which = np.inf, NOTHING
     pose = bodies[body]
-    for ball in range(len(arm.balls)):
-        part = arm.ball_parts[ball]
-        if part >= arm.moving or arm.bodies[part] != body:
+    for part in range(arm.moving):
+        if arm.bodies[part] != body:
             continue
-        x, y, z = at(pose, arm.balls[ball])
-        radius = arm.balls[ball, 3]
-        distance, obstacle = nearest(about.scene, x, y, z, least + radius)
-        if obstacle != NOTHING:
-            least, which = distance - radius, obstacle
-            center[0], center[1], center[2] = x, y, z
+        for ball in range(arm.first_balls[part], arm.first_balls[part + 1]):
+            x, y, z = at(pose, arm.balls[ball])
+            radius = arm.balls[ball, 3]
+            distance, obstacle = nearest(about.scene, x, y, z, least + radius)
+            if obstacle != NOTHING:
+                least, which = distance - radius, obstacle
+                center[0], center[1], center[2] = x, y, z
     return least, which
 
 
