@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
+import trimesh
 
 import envs
 import planners
@@ -43,6 +45,21 @@ def test_the_commands_and_entries_it_shows_are_accepted() -> None:
             assert envs.REGISTRY.entries(chosen["env"])
         if "planners" in chosen:
             assert planners.REGISTRY.entries(chosen["planners"])
+
+
+def test_the_arm_and_the_scene_it_shows_make_a_world(tmp_path: Path) -> None:
+    [arm], [scene] = blocks("xml"), blocks("yaml")
+    (tmp_path / "arm.urdf").write_text(arm, encoding="utf-8")
+    (tmp_path / "scene.yaml").write_text(scene, encoding="utf-8")
+    trimesh.creation.box((200, 50, 300)).export(tmp_path / "shelf.ply")
+    world = envs.make(f"arm:urdf={tmp_path / 'arm.urdf'},scene={tmp_path / 'scene.yaml'}")
+    assert world.dimension == 2
+    assert len(world.obstacles) == 4
+    planner = planners.make("rrtconnect")
+    planner.setup(world, seed=1)
+    [problem] = world.sample_problems(1, 0)
+    result = planner.solve(problem, planners.Budget(time.perf_counter() + 5))
+    assert result.status is planners.Status.EXACT_SOLUTION
 
 
 def test_it_lists_what_is_registered() -> None:

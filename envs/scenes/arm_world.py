@@ -31,9 +31,6 @@ _CONTACT = 0.02
 _TOUCHING = -1e-9
 """The clearance where the arm touches something, which says no more than that."""
 
-_MOST_FREE_OF_FIVE = 2
-"""Straight lines among five problems in a row: so at least 60 % are blocked."""
-
 _MOST_FRUITLESS = 2000
 """Pairs of ends in a row that will not do, before the world is found to have too few problems."""
 
@@ -61,10 +58,16 @@ class ArmWorld(Environment):
         arm: the robot.
         obstacles: solids; the base may touch them.
         kind: names the random streams of the problems, with `seeds`.
+
+    Attributes:
+        min_clearance: least clearance of a problem's start and goal, in metres.
+        min_separation: least distance between them, in radians.
+        most_free_of_five: straight lines that may be free among five problems in a row.
     """
 
     min_clearance = 0.02
     min_separation = 1.0
+    most_free_of_five = 5
 
     def __init__(
         self, arm: Arm, obstacles: Sequence[Placed], kind: str, seeds: tuple[int, ...] = ()
@@ -121,8 +124,7 @@ class ArmWorld(Environment):
 
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         """Both ends uniform, as `min_clearance` and `min_separation` demand, and joined by a long
-        search (see `connection.joined`). Of five problems in a row the straight lines of at least
-        three are blocked."""
+        search (see `connection.joined`); no more straight lines free than `most_free_of_five`."""
         made = self._made(n, seed)
         return [
             Problem(start, goal, index, derived_seed(f"{self._kind} planner", seed, index))
@@ -152,8 +154,9 @@ class ArmWorld(Environment):
             if fruitless == _MOST_FRUITLESS:
                 break
         raise InputError(
-            f"found only {len(made.pairs)} of {n} problems: three of five straight lines must be "
-            "blocked, and both ends be joined by a path; change what is about the arm"
+            f"found only {len(made.pairs)} of {n} problems: both ends must keep "
+            f"{self.min_clearance} m clear and be joined by a path, and of five straight lines at "
+            f"most {self.most_free_of_five} be free; change what is about the arm"
         )
 
     def _take(self, made: _Made, rng: np.random.Generator, start: Array, goal: Array) -> bool:
@@ -161,7 +164,7 @@ class ArmWorld(Environment):
         arm, scene = self.robot.view, self.scene
         straight = connection.straight_is_free(arm, scene, start, goal)
         recent = made.straight[len(made.straight) - len(made.straight) % 5 :]
-        if straight and sum(recent) == _MOST_FREE_OF_FIVE:
+        if straight and sum(recent) == self.most_free_of_five:
             return False
         draws = rng.uniform(self.lower, self.upper, (connection.ITERATIONS, self.dimension))
         if not connection.joined(arm, scene, start, goal, draws):
@@ -199,7 +202,8 @@ class ArmWorld(Environment):
             "obstacles": [placed.definition() for placed in self.obstacles],
             "speed": [model.d_min, model.d_max, model.s_const, model.contact],
             "problems": [
-                *(self.min_clearance, self.min_separation, connection.ITERATIONS),
+                *(self.min_clearance, self.min_separation, self.most_free_of_five),
+                connection.ITERATIONS,
                 *(self._kind, *self._seeds),
             ],
         }

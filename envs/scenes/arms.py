@@ -15,7 +15,8 @@ _MODELS = Path(__file__).parents[1] / "robots" / "models"
 
 
 class ShippedArm(ArmWorld):
-    """One of the arms that ship, at a table with shelves, posts and boxes.
+    """One of the arms that ship, at a table with shelves, posts and boxes. At least 60 % of the
+    straight lines between the ends of its problems are blocked.
 
     Args:
         model: "arm4", "arm5" or "arm6".
@@ -25,6 +26,8 @@ class ShippedArm(ArmWorld):
     Raises:
         InputError: an argument is out of range.
     """
+
+    most_free_of_five = 2
 
     def __init__(self, model: str, scene: int = 0, self_collision: bool = False) -> None:
         if not 0 <= scene < 2**32:
