@@ -47,9 +47,14 @@ class SpeedGrid:
         self._order = order
         self.spacing: Array = (upper - self.lower) / cells
         self.radius = 1.5 * float(self.spacing.max())
-        nodes = np.stack(np.meshgrid(*self._axes, indexing="ij"), axis=-1)
-        speed = env.speed_on_grid(nodes.reshape(-1, env.dimension))
-        self._speed = speed.reshape(nodes.shape[:-1])
+        # A slice of nodes at a time: in many dimensions all of them take more room than the speeds.
+        self._speed: Array = np.stack([self._speeds(x) for x in self._axes[0]])
+
+    def _speeds(self, first: float) -> Array:
+        """Speeds on the nodes with a first coordinate, one axis for each of the others."""
+        nodes = np.stack(np.meshgrid([first], *self._axes[1:], indexing="ij"), axis=-1)
+        speed = self._env.speed_on_grid(nodes.reshape(-1, self._env.dimension))
+        return speed.reshape(nodes.shape[1:-1])
 
     def arrival_times(self, goal: Array) -> Array:
         """Times on the nodes, one axis a dimension, at which a front that leaves the sphere of

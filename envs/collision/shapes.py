@@ -99,6 +99,13 @@ Solid = Sphere | Cylinder | Box | Mesh
 """What a robot's links are made of, each in a frame of its own; a mesh there is closed."""
 
 
+def rounded(values: Array) -> list[Any]:
+    """Numbers to nine decimals, for fingerprints: sines are not the same to the last bit on every
+    machine."""
+    listed: list[Any] = (np.round(values, 9) + 0.0).tolist()  # no -0.0
+    return listed
+
+
 def _numbers(solid: Solid) -> list[Any]:
     if isinstance(solid, Mesh):
         return ["mesh", solid.digest]
@@ -128,7 +135,7 @@ class Placed:
 
     def definition(self) -> list[Any]:
         """The numbers that it is made of, as JSON data."""
-        return [*_numbers(self.solid), self.pose[:3].tolist()]
+        return [*_numbers(self.solid), rounded(self.pose[:3])]
 
 
 Obstacle = Box | Mesh | Placed

@@ -17,6 +17,10 @@ from envs.collision.shapes import Placed, Solid
 from envs.problem import Array
 from envs.robots.base import Pose
 from envs.robots.chain import Chain, ChainView, at, body_poses, compose
+from envs.seeding import stream
+
+_SAMPLES = 200
+"""Configurations in which links are seen to touch or not."""
 
 SLACK = 0.008
 """About how far, in metres, the spheres that cover links reach out of their sides."""
@@ -71,7 +75,8 @@ class Arm:
         chain: its kinematics.
         parts: the solids of its links.
         self_collision: whether links that are not neighbours must not touch each other. Links
-            with no solid between them but at a joint count as neighbours.
+            with no solid between them but at a joint count as neighbours, and so do those whose
+            spheres touch in all of some random configurations, as in compact wrists.
 
     Raises:
         ValueError: no part moves.
@@ -140,7 +145,7 @@ class Arm:
             ball_parts,
             first_balls,
             np.maximum.reduceat(outward, first_balls[:-1]),
-            self._apart(bodies),
+            self._apart(bodies, balls, ball_parts),
             int((bodies > 0).sum()),
         )
 
@@ -172,15 +177,29 @@ class Arm:
                 reach[i, part] = 1.0 if joint.prismatic else off_axis
         return reach
 
-    def _apart(self, bodies: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def _apart(
+        self, bodies: NDArray[np.int64], balls: Array, ball_parts: NDArray[np.int64]
+    ) -> NDArray[np.bool_]:
         """See `ArmView.pairs`."""
         pairs = np.zeros((len(bodies), len(bodies)), dtype=np.bool_)
         if not self.self_collision:
             return pairs
-        solid = np.unique(bodies)
-        place = np.searchsorted(solid, bodies)
+        place = np.searchsorted(np.unique(bodies), bodies)
         pairs[:] = np.abs(place[:, None] - place[None]) > 1
-        return pairs
+        joints = self.chain.joints
+        lower, upper = (np.array([getattr(j, end) for j in joints]) for end in ("lower", "upper"))
+        always = np.ones_like(pairs)
+        poses = np.empty((1 + len(joints), 3, 4))
+        for q in stream("self collision").uniform(lower, upper, (_SAMPLES, len(joints))):
+            body_poses(self.chain.view, q, poses)
+            at_ball = poses[bodies[ball_parts]]
+            centers = np.einsum("mij,mj->mi", at_ball[:, :, :3], balls[:, :3]) + at_ball[:, :, 3]
+            gaps = np.linalg.norm(centers[:, None] - centers[None], axis=2)
+            touching = gaps < balls[:, 3] + balls[:, None, 3]
+            some = np.zeros_like(pairs)
+            np.logical_or.at(some, (ball_parts[:, None], ball_parts[None]), touching)
+            always &= some
+        return pairs & ~always
 
 
 def _off_axis(axis: Array, point: Array) -> float:

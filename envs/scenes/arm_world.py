@@ -14,7 +14,7 @@ from envs.base import Environment
 from envs.collision.containment import Containment
 from envs.collision.fcl_model import DEFAULT_TOLERANCE, Allowed, CollisionModel
 from envs.collision.primitives import SceneView, view_of
-from envs.collision.shapes import Placed
+from envs.collision.shapes import Placed, rounded
 from envs.errors import InputError
 from envs.problem import Array, Problem
 from envs.robots import arm_clearance, connection
@@ -192,7 +192,7 @@ class ArmWorld(Environment):
             "version": 1,
             "joints": [
                 [
-                    *(joint.origin[:3].tolist(), joint.axis.tolist()),
+                    *(rounded(joint.origin[:3]), rounded(joint.axis)),
                     *(joint.prismatic, joint.lower, joint.upper),
                 ]
                 for joint in self.robot.chain.joints
