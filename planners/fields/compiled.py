@@ -176,6 +176,8 @@ def _descend(
                     ends[end, k] = min(max(moved, lower[k]), upper[k])
                 if margin > 0:
                     _push_out(ends[end], margin, network.about)
+                    for k in range(d):
+                        ends[end, k] = min(max(ends[end, k], lower[k]), upper[k])
     return -1
 
 

@@ -42,11 +42,11 @@ ATTEMPTS_IN_ROOMS = (
 """The same in rooms, where a field is steep and least certain beside walls."""
 
 ATTEMPTS_FOR_ARMS = (
-    Descent(step=0.02, true_speed=True),
-    Descent(step=0.02, moves=(False, True), most_steps=700, true_speed=True),
-    Descent(step=0.02, moves=(True, False), most_steps=700, true_speed=True),
-    Descent(step=0.01, true_speed=True, margin=0.1),
-    Descent(step=0.01, moves=(False, True), most_steps=700, true_speed=True, margin=0.1),
+    Descent(step=0.02, true_speed=True, margin=0.1),
+    Descent(step=0.02, moves=(False, True), most_steps=700, true_speed=True, margin=0.1),
+    Descent(step=0.02, moves=(True, False), most_steps=700, true_speed=True, margin=0.1),
+    Descent(step=0.01, true_speed=True),
+    Descent(step=0.03, true_speed=True, margin=0.2),
 )
 """The same for arms."""
 
