@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from envs import Environment, InputError, Problem
-from envs.collision.fcl_model import CollisionModel
+from envs.collision.fcl_model import PLANNING_TOLERANCE, CollisionModel
 from envs.collision.shapes import Mesh
 from envs.errors import suggestion
 from envs.problem import Array
@@ -98,7 +98,7 @@ class OmplPlanner(Planner):
             bounds.setHigh(axis, float(upper[axis]))
         space.setBounds(bounds)
         self._space = space
-        self._model = env.collision_model()
+        self._model = env.collision_model(PLANNING_TOLERANCE)
         self._si = base.SpaceInformation(space)
         self._progress = _Progress()
         self._margin = 0.0

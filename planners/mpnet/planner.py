@@ -14,6 +14,7 @@ from torch import nn
 
 import planners
 from envs import Environment, Problem
+from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.problem import Array
 from envs.seeding import derived_seed
 from planners.base import Budget, PlannerResult, Status
@@ -105,7 +106,7 @@ class MpnetPlanner(LearnedPlanner):
     def _use(self, env: Environment, net: Any) -> None:
         """Plans in `env` with `net` from now on."""
         self._env = env
-        self._model = env.collision_model()
+        self._model = env.collision_model(PLANNING_TOLERANCE)
         points = torch.from_numpy(cloud(env)).float()[None]
         with torch.no_grad():
             code = net.encoder(points.to(next(net.parameters()).device))[0]

@@ -7,7 +7,7 @@ import pytest
 
 import envs
 from envs.collision.continuous import path_min_clearance, segment_is_free
-from envs.collision.fcl_model import CollisionModel
+from envs.collision.fcl_model import PLANNING_TOLERANCE, CollisionModel
 from envs.collision.shapes import Box
 from envs.robots.point import PointRobot
 
@@ -132,3 +132,21 @@ def test_both_checks_agree() -> None:
             assert least > TOLERANCE / 2
         else:
             assert least <= 2 * TOLERANCE
+
+
+def test_the_judge_refuses_no_motion_that_planners_find_free() -> None:
+    """Past an edge of a box at about the tolerance, where checks at the same tolerance disagree."""
+    judge, planner = one_box(), one_box(tolerance=PLANNING_TOLERANCE)
+    rng = np.random.default_rng(0)
+    disagreed = 0
+    for _ in range(3000):
+        gap, around = rng.uniform(0.5e-3, 1.1e-3), rng.uniform(0, np.pi / 2)
+        outward = np.array([np.cos(around), np.sin(around), 0])
+        along = np.array([-outward[1], outward[0], 0]) * rng.uniform(0.5, 2)
+        along[2] = rng.uniform(-0.3, 0.3)
+        near = np.array([1, 1, 0]) + gap * outward
+        a, b = near - rng.uniform(0.3, 1.5) * along, near + rng.uniform(0.3, 1.5) * along
+        refused = judge.min_clearance(np.array([a, b])) <= TOLERANCE
+        disagreed += refused and judge.segment_is_free(a, b)
+        assert not (refused and planner.segment_is_free(a, b))
+    assert disagreed > 0
