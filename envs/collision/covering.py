@@ -67,6 +67,7 @@ def _cover_of_box(solid: Box, slack: float) -> Spheres:
     thinnest = float(half.min())
     reach = max(np.sqrt((thinnest + slack) ** 2 - thinnest**2) / np.sqrt(2), thinnest / 2)
     counts = np.maximum(np.ceil(half / reach), 1).astype(int)
+    counts[np.argmin(half)] = 1
     cell = half / counts
     steps = [c * (2 * np.arange(n) + 1 - n) for c, n in zip(cell, counts, strict=True)]
     centers = solid.center + np.array(list(product(*steps)))

@@ -20,6 +20,9 @@ _SPACING = 0.02
 
 _BOX, _CYLINDER, _SPHERE = 0.0, 1.0, 2.0
 
+NO_SOLID = -1.0
+"""What a row says of itself that stands for a mesh."""
+
 MESHES, NOTHING = -1, -2
 """Stand for meshes, and for no obstacle, where a nearest one is named."""
 
@@ -32,7 +35,7 @@ class SceneView(NamedTuple):
             row; its centre (3,); its size (3,), which is half the sides of a box, radius, half
             length and 0 of a cylinder, radius, 0 and 0 of a sphere; the radius of a sphere about
             the centre that holds it; and what it is.
-        grid: (nx, ny, nz) distances to meshes at the nodes of a grid, float32, at least what they
+        grid: (nx, ny, nz) distances to meshes at the nodes of a grid, float32, at most what they
             are within the cells about them; a single node where there are no meshes.
         lower, per_unit: (3,) the grid's first node, and nodes by length.
     """
@@ -51,7 +54,7 @@ def view_of(obstacles: Sequence[Obstacle], lower: Array, upper: Array) -> SceneV
         if isinstance(placed.solid, Mesh):
             meshes.append((placed.solid, placed.pose))
         else:
-            rows.append(_row(placed.solid, placed.pose))
+            rows.append(solid_row(placed.solid, placed.pose))
     solids = np.array(rows).reshape(-1, 17)
     if not meshes:
         return SceneView(solids, np.ones((1, 1, 1), dtype=np.float32), lower, np.ones(3))
@@ -59,7 +62,8 @@ def view_of(obstacles: Sequence[Obstacle], lower: Array, upper: Array) -> SceneV
     return SceneView(solids, grid.values, grid.lower, grid.per_unit)
 
 
-def _row(solid: Sphere | Cylinder | Box, pose: Array) -> Array:
+def solid_row(solid: Sphere | Cylinder | Box, pose: Array) -> Array:
+    """The row (17,) of `SceneView.solids` for a solid at a pose (4, 4)."""
     turn, center = pose[:3, :3], pose[:3, 3]
     if isinstance(solid, Box):
         kind, size, center = _BOX, solid.sides / 2, turn @ solid.center + center
@@ -90,6 +94,28 @@ _jit = numba.njit(cache=True, nogil=True)
 
 
 @_jit
+def to_solid(row: Any, x: float, y: float, z: float) -> float:
+    """Signed distance from a point to a solid, a row of `SceneView.solids`; see `nearest`."""
+    dx, dy, dz = x - row[9], y - row[10], z - row[11]
+    a = row[0] * dx + row[1] * dy + row[2] * dz
+    b = row[3] * dx + row[4] * dy + row[5] * dz
+    c = row[6] * dx + row[7] * dy + row[8] * dz
+    distance: float
+    if row[16] == _BOX:
+        a, b, c = abs(a) - row[12], abs(b) - row[13], abs(c) - row[14]
+        out_a, out_b, out_c = max(a, 0.0), max(b, 0.0), max(c, 0.0)
+        distance = math.sqrt(out_a * out_a + out_b * out_b + out_c * out_c)
+        distance += min(max(a, b, c), 0.0)
+    elif row[16] == _CYLINDER:
+        aside, above = math.sqrt(a * a + b * b) - row[12], abs(c) - row[13]
+        out_a, out_b = max(aside, 0.0), max(above, 0.0)
+        distance = math.sqrt(out_a * out_a + out_b * out_b) + min(max(aside, above), 0.0)
+    else:
+        distance = math.sqrt(a * a + b * b + c * c) - row[12]
+    return distance
+
+
+@_jit
 def nearest(scene: Any, x: float, y: float, z: float, most: float) -> tuple[float, int]:
     """Signed distance from a point to the nearest obstacle, and its number or `MESHES`; or `most`
     and `NOTHING`, if that is less.
@@ -108,21 +134,7 @@ def nearest(scene: Any, x: float, y: float, z: float, most: float) -> tuple[floa
         beyond = least + solids[n, 15]
         if dx * dx + dy * dy + dz * dz >= beyond * beyond and beyond > 0:
             continue
-        a = solids[n, 0] * dx + solids[n, 1] * dy + solids[n, 2] * dz
-        b = solids[n, 3] * dx + solids[n, 4] * dy + solids[n, 5] * dz
-        c = solids[n, 6] * dx + solids[n, 7] * dy + solids[n, 8] * dz
-        if solids[n, 16] == _BOX:
-            a, b, c = abs(a) - solids[n, 12], abs(b) - solids[n, 13], abs(c) - solids[n, 14]
-            out_a, out_b, out_c = max(a, 0.0), max(b, 0.0), max(c, 0.0)
-            outside = math.sqrt(out_a * out_a + out_b * out_b + out_c * out_c)
-            distance = outside + min(max(a, b, c), 0.0)
-        elif solids[n, 16] == _CYLINDER:
-            aside = math.sqrt(a * a + b * b) - solids[n, 12]
-            above = abs(c) - solids[n, 13]
-            out_a, out_b = max(aside, 0.0), max(above, 0.0)
-            distance = math.sqrt(out_a * out_a + out_b * out_b) + min(max(aside, above), 0.0)
-        else:
-            distance = math.sqrt(a * a + b * b + c * c) - solids[n, 12]
+        distance = to_solid(solids[n], x, y, z)
         if distance < least:
             least, which = distance, n
     return least, which
@@ -185,12 +197,15 @@ def _slope_of_cylinder(local: Any, radius: float, half: float, slope: Any) -> No
 
 @_jit
 def _to_meshes(scene: Any, x: float, y: float, z: float) -> float:
-    """Trilinearly from the grid; beyond it, its border goes on."""
+    """Trilinearly from the grid; beyond it, what its border leaves less the way to the border."""
     grid = scene.grid
     nx, ny, nz = grid.shape
-    x = min(max((x - scene.lower[0]) * scene.per_unit[0], 0.0), nx - 1.0)
-    y = min(max((y - scene.lower[1]) * scene.per_unit[1], 0.0), ny - 1.0)
-    z = min(max((z - scene.lower[2]) * scene.per_unit[2], 0.0), nz - 1.0)
+    u, v, w = x - scene.lower[0], y - scene.lower[1], z - scene.lower[2]
+    x = min(max(u * scene.per_unit[0], 0.0), nx - 1.0)
+    y = min(max(v * scene.per_unit[1], 0.0), ny - 1.0)
+    z = min(max(w * scene.per_unit[2], 0.0), nz - 1.0)
+    u, v, w = u - x / scene.per_unit[0], v - y / scene.per_unit[1], w - z / scene.per_unit[2]
+    beyond = math.sqrt(u * u + v * v + w * w)
     i, j, k = min(int(x), nx - 2), min(int(y), ny - 2), min(int(z), nz - 2)
     u, v, w = x - i, y - j, z - k
     total = 0.0
@@ -198,7 +213,7 @@ def _to_meshes(scene: Any, x: float, y: float, z: float) -> float:
         for b in range(2):
             along = grid[i + a, j + b, k] * (1 - w) + grid[i + a, j + b, k + 1] * w
             total += (u if a else 1 - u) * (v if b else 1 - v) * along
-    return total
+    return total - beyond
 
 
 @_jit

@@ -12,8 +12,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.collision.convex import distance, put
 from envs.collision.covering import bounding_sphere, cover
-from envs.collision.shapes import Placed, Solid
+from envs.collision.primitives import NO_SOLID, solid_row
+from envs.collision.shapes import Mesh, Placed, Solid
 from envs.problem import Array
 from envs.robots.base import Pose
 from envs.robots.chain import Chain, ChainView, at, body_poses, compose
@@ -48,6 +50,8 @@ class ArmView(NamedTuple):
         ball_parts: (m,) which part each covers, in ascending order.
         first_balls: (p + 1,) where each part's begin.
         extents: (p,) radii of spheres about `middles` that hold a part's balls.
+        solids: (p, 17) the parts in their bodies' frames, see `primitives.SceneView`; `NO_SOLID`
+            where they are meshes.
         pairs: (p, p) of bool, which parts may collide with each other.
         moving: the number of parts that move; they come first.
     """
@@ -62,6 +66,7 @@ class ArmView(NamedTuple):
     ball_parts: NDArray[np.int64]
     first_balls: NDArray[np.int64]
     extents: Array
+    solids: Array
     pairs: NDArray[np.bool_]
     moving: int
 
@@ -75,8 +80,9 @@ class Arm:
         chain: its kinematics.
         parts: the solids of its links.
         self_collision: whether links that are not neighbours must not touch each other. Links
-            with no solid between them but at a joint count as neighbours, and so do those whose
-            spheres touch in all of some random configurations, as in compact wrists.
+            with no solid between them but at a joint count as neighbours, and so do those that
+            touch in all of some random configurations, or with one link between them in none, as
+            in compact wrists.
 
     Raises:
         ValueError: no part moves.
@@ -109,6 +115,16 @@ class Arm:
     def rate_bound(self) -> float:
         reach = self.view.reach[:, : self.moving]
         return float(np.sqrt((reach**2).sum(axis=0)).max())
+
+    @cached_property
+    def extent(self) -> float:
+        """How far from the first joint, in metres, any point of the moving parts can be."""
+        joints = self.chain.joints
+        hops = [float(np.linalg.norm(joint.origin[:3, 3])) for joint in joints[1:]]
+        slides = [_slide(joint.prismatic, joint.lower, joint.upper) for joint in joints]
+        view = self.view
+        outward = np.linalg.norm(view.middles, axis=1) + view.extents
+        return sum(hops) + sum(slides) + float(outward.max())
 
     def poses(self, q: Array) -> tuple[Pose, ...]:
         found = np.empty((len(self.parts), 3, 4))
@@ -145,6 +161,7 @@ class Arm:
             ball_parts,
             first_balls,
             np.maximum.reduceat(outward, first_balls[:-1]),
+            np.array([_row(part) for part in self.parts]),
             self._apart(bodies, balls, ball_parts),
             int((bodies > 0).sum()),
         )
@@ -185,21 +202,58 @@ class Arm:
         if not self.self_collision:
             return pairs
         place = np.searchsorted(np.unique(bodies), bodies)
-        pairs[:] = np.abs(place[:, None] - place[None]) > 1
-        joints = self.chain.joints
+        between = np.abs(place[:, None] - place[None]) - 1
+        pairs[:] = between > 0
+        touching = self._touching(pairs, balls, ball_parts)
+        pairs &= (touching < 1) & ((touching > 0) | (between > 1))
+        return pairs
+
+    def _touching(
+        self, pairs: NDArray[np.bool_], balls: Array, ball_parts: NDArray[np.int64]
+    ) -> Array:
+        """In what share of random configurations the parts of pairs (p, p) touch each other; of
+        meshes, the spheres that cover them."""
+        share = np.zeros(pairs.shape)
+        if not pairs.any():
+            return share
+        view, joints = self.chain.view, self.chain.joints
+        solids = [_row(part) for part in self.parts]
+        bodies = [part.body for part in self.parts]
         lower, upper = (np.array([getattr(j, end) for j in joints]) for end in ("lower", "upper"))
-        always = np.ones_like(pairs)
         poses = np.empty((1 + len(joints), 3, 4))
         for q in stream("self collision").uniform(lower, upper, (_SAMPLES, len(joints))):
-            body_poses(self.chain.view, q, poses)
-            at_ball = poses[bodies[ball_parts]]
-            centers = np.einsum("mij,mj->mi", at_ball[:, :, :3], balls[:, :3]) + at_ball[:, :, 3]
-            gaps = np.linalg.norm(centers[:, None] - centers[None], axis=2)
-            touching = gaps < balls[:, 3] + balls[:, None, 3]
-            some = np.zeros_like(pairs)
-            np.logical_or.at(some, (ball_parts[:, None], ball_parts[None]), touching)
-            always &= some
-        return pairs & ~always
+            body_poses(view, q, poses)
+            rows = [
+                put(s, poses[b][:, :3], poses[b][:, 3]) for s, b in zip(solids, bodies, strict=True)
+            ]
+            for i, j in np.argwhere(np.triu(pairs)):
+                if solids[i][16] != NO_SOLID and solids[j][16] != NO_SOLID:
+                    touches = distance(rows[i], rows[j], _TOUCH) <= 0
+                else:
+                    a, b = (_balls_at(poses[bodies[n]], balls[ball_parts == n]) for n in (i, j))
+                    gaps = np.linalg.norm(a[:, None, :3] - b[None, :, :3], axis=2)
+                    touches = bool((gaps <= a[:, None, 3] + b[None, :, 3]).any())
+                share[i, j] += touches / _SAMPLES
+        both: Array = share + share.T
+        return both
+
+
+_TOUCH = 1e-3
+"""Metres beyond which it does not matter how far parts are apart."""
+
+
+def _row(part: Part) -> Array:
+    """See `ArmView.solids`."""
+    if not isinstance(part.placed.solid, Mesh):
+        return solid_row(part.placed.solid, part.placed.pose)
+    row = np.zeros(17)
+    row[16] = NO_SOLID
+    return row
+
+
+def _balls_at(pose: Array, balls: Array) -> Array:
+    """Spheres (m, 4) of a body at its pose (3, 4)."""
+    return np.column_stack([balls[:, :3] @ pose[:, :3].T + pose[:, 3], balls[:, 3]])
 
 
 def _off_axis(axis: Array, point: Array) -> float:

@@ -15,7 +15,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.primitives import NOTHING, SceneView, nearest
+from envs.collision.convex import moved
+from envs.collision.primitives import NO_SOLID, NOTHING, SceneView, nearest, to_solid
 from envs.problem import Array
 from envs.robots.arm import ArmView, part_bounds
 from envs.robots.chain import at, body_poses
@@ -74,25 +75,49 @@ def part_clearances(arm: Any, scene: Any, q: Any, found: Any) -> float:
             radius = arm.balls[ball, 3]
             found[part] = nearest(scene, x, y, z, found[part] + radius)[0] - radius
     if arm.pairs.any():
-        _against_itself(arm, balls, found)
+        _against_itself(arm, bodies, balls, found)
     least: float = found.min()
     return least
 
 
 @_jit
-def _against_itself(arm: Any, balls: Any, found: Any) -> None:
-    for a in range(len(balls)):
-        part = arm.ball_parts[a]
-        if part >= arm.moving:
+def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
+    """Lowers clearances to those from other parts, by their spheres at `balls` (m, 3)."""
+    parts = len(arm.bodies)
+    solids, middles = np.empty((parts, 17)), np.empty((parts, 3))
+    for part in range(parts):
+        pose = bodies[arm.bodies[part]]
+        moved(arm.solids[part], pose, solids[part])
+        middles[part, 0], middles[part, 1], middles[part, 2] = at(pose, arm.middles[part])
+    for part in range(arm.moving):
+        for other in range(parts):
+            if arm.bodies[other] >= arm.bodies[part] or not arm.pairs[part, other]:
+                continue
+            apart = math.sqrt(((middles[part] - middles[other]) ** 2).sum())
+            if apart - arm.extents[part] - arm.extents[other] >= found[part]:
+                continue
+            # Spheres reach far out of flat ends, the solid that they are near to does not.
+            apart = max(
+                _balls_apart(arm, balls, part, other, solids),
+                _balls_apart(arm, balls, other, part, solids),
+            )
+            found[part] = min(found[part], apart)
+
+
+@_jit
+def _balls_apart(arm: Any, balls: Any, part: int, other: int, solids: Any) -> float:
+    """The least distance of a part's spheres from another part, or from its spheres if it is a
+    mesh."""
+    least = np.inf
+    for a in range(arm.first_balls[part], arm.first_balls[part + 1]):
+        x, y, z, radius = balls[a, 0], balls[a, 1], balls[a, 2], arm.balls[a, 3]
+        if solids[other, 16] != NO_SOLID:
+            least = min(least, to_solid(solids[other], x, y, z) - radius)
             continue
-        for b in range(len(balls)):
-            other = arm.ball_parts[b]
-            if arm.bodies[other] < arm.bodies[part] and arm.pairs[part, other]:
-                squared = 0.0
-                for i in range(3):
-                    squared += (balls[a, i] - balls[b, i]) ** 2
-                apart = math.sqrt(squared) - arm.balls[a, 3] - arm.balls[b, 3]
-                found[part] = min(found[part], apart)
+        for b in range(arm.first_balls[other], arm.first_balls[other + 1]):
+            squared = (x - balls[b, 0]) ** 2 + (y - balls[b, 1]) ** 2 + (z - balls[b, 2]) ** 2
+            least = min(least, math.sqrt(squared) - radius - arm.balls[b, 3])
+    return least
 
 
 @_jit
@@ -155,6 +180,8 @@ def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> b
 
 @_jit
 def _path_is_free(arm: Any, scene: Any, path: Any, tolerance: float) -> bool:
+    if len(path) == 1:
+        return segment_is_free(arm, scene, path[0], path[0], tolerance)
     for n in range(len(path) - 1):
         if not segment_is_free(arm, scene, path[n], path[n + 1], tolerance):
             return False

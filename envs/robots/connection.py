@@ -26,11 +26,6 @@ _TOLERANCE = 2e-3
 """Of the certified checks, in metres: twice the judge's."""
 
 
-def straight_is_free(arm: ArmView, scene: SceneView, start: Array, goal: Array) -> bool:
-    """Whether the straight motion between two configurations (d,) is proved free."""
-    return bool(segment_is_free(arm, scene, start, goal, _TOLERANCE))
-
-
 def joined(arm: ArmView, scene: SceneView, start: Array, goal: Array, samples: Array) -> bool:
     """Whether a search that draws `samples` (n, d) joins two configurations (d,)."""
     return bool(_joined(arm, scene, start, goal, samples, _STEP, _TOLERANCE))

@@ -18,7 +18,7 @@ from envs.collision.shapes import Placed, rounded
 from envs.errors import InputError
 from envs.problem import Array, Problem
 from envs.robots import arm_clearance, connection
-from envs.robots.arm import Arm
+from envs.robots.arm import SLACK, Arm
 from envs.seeding import derived_seed, stream
 from envs.speed import SpeedModel
 
@@ -84,7 +84,7 @@ class ArmWorld(Environment):
     @cached_property
     def scene(self) -> SceneView:
         """The obstacles as compiled code sees them."""
-        reach = float(self.robot.view.reach.max()) + 2 * _D_MAX
+        reach = self.robot.extent + 2 * _D_MAX
         at = self.robot.chain.joints[0].origin[:3, 3]
         return view_of(self.obstacles, at - reach, at + reach)
 
@@ -101,7 +101,10 @@ class ArmWorld(Environment):
         return self.speed_model(self.rough_clearance(q))
 
     def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
-        return arm_clearance.paths_are_free(self.robot.view, self.scene, paths, tolerance)
+        free = arm_clearance.paths_are_free(self.robot.view, self.scene, paths, tolerance)
+        if self.allowed is not None:  # which cannot change along a path that touches nothing
+            free &= self.allowed(np.array([path[0] for path in paths]))
+        return free
 
     @cached_property
     def _model(self) -> CollisionModel:
@@ -134,7 +137,7 @@ class ArmWorld(Environment):
     def census(self, n: int, seed: int) -> dict[str, float]:
         made = self._made(n, seed)
         return {
-            "share_of_straight_lines_blocked": round(1 - sum(made.straight) / n, 4),
+            "share_of_straight_lines_blocked": round(1 - sum(made.straight) / max(n, 1), 4),
             "pairs_dropped_as_unsolved": made.dropped,
         }
 
@@ -147,12 +150,14 @@ class ArmWorld(Environment):
         made = _Made()
         rng = stream(f"{self._kind} problems", seed, *self._seeds)
         fruitless = 0
-        for start, goal in self._ends(rng):
+        for start, goal in self._ends(rng) if n > 0 else ():
             fruitless = 0 if self._take(made, rng, start, goal) else fruitless + 1
             if len(made.pairs) == n:
                 return made
             if fruitless == _MOST_FRUITLESS:
                 break
+        if n == 0:
+            return made
         raise InputError(
             f"found only {len(made.pairs)} of {n} problems: both ends must keep "
             f"{self.min_clearance} m clear and be joined by a path, and of five straight lines at "
@@ -162,7 +167,7 @@ class ArmWorld(Environment):
     def _take(self, made: _Made, rng: np.random.Generator, start: Array, goal: Array) -> bool:
         """Adds a problem if it will do."""
         arm, scene = self.robot.view, self.scene
-        straight = connection.straight_is_free(arm, scene, start, goal)
+        straight = self._model.segment_is_free(start, goal)
         recent = made.straight[len(made.straight) - len(made.straight) % 5 :]
         if straight and sum(recent) == self.most_free_of_five:
             return False
@@ -182,6 +187,8 @@ class ArmWorld(Environment):
             keep = np.linalg.norm(goal - start, axis=1) >= self.min_separation
             for end in (start, goal):
                 keep[keep] &= self.rough_clearance(end[keep]) >= self.min_clearance
+                if self.allowed is not None:
+                    keep[keep] &= self.allowed(end[keep])
             fruitless = 0 if keep.any() else fruitless + 1
             yield from zip(start[keep], goal[keep], strict=True)
 
@@ -203,7 +210,7 @@ class ArmWorld(Environment):
             "speed": [model.d_min, model.d_max, model.s_const, model.contact],
             "problems": [
                 *(self.min_clearance, self.min_separation, self.most_free_of_five),
-                connection.ITERATIONS,
+                *(connection.ITERATIONS, SLACK),
                 *(self._kind, *self._seeds),
             ],
         }

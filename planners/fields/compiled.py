@@ -79,7 +79,8 @@ class CompiledField:
     def descend(
         self, start: Single, goal: Single, lower: Single, upper: Single, descent: Descent
     ) -> Single | None:
-        """See `execution.descend`, for one pair (d,)."""
+        """See `execution.descend`, for one pair (d,). Loops are cut out of the path: an end that is
+        stuck goes round and round until the other one comes."""
         ends: Single | None = np.stack([start, goal])
         legs = []
         for number in range(descent.escapes + 1):
@@ -89,7 +90,9 @@ class CompiledField:
             if met >= 0:
                 legs.append(there[: met + 1])
                 whole = np.concatenate(legs)
-                return np.concatenate([whole[:, 0], whole[::-1, 1]])
+                path: Single = np.concatenate([whole[:, 0], whole[::-1, 1]])
+                found: Single = path[_without_loops(path, 0.5 * descent.step)]
+                return found
             legs.append(there)
             ends = self.escaped(there[-1], number) if descent.escapes else None
         return None
@@ -179,6 +182,27 @@ def _descend(
                     for k in range(d):
                         ends[end, k] = min(max(ends[end, k], lower[k]), upper[k])
     return -1
+
+
+@_jit
+def _without_loops(path: Any, near: float) -> Any:
+    """The places (m,) on a path (k, d) that are left without its loops: where it comes back to
+    within `near` of a place after a way of more than six times that, what lies between goes."""
+    lengths = np.zeros(len(path))
+    for n in range(1, len(path)):
+        lengths[n] = lengths[n - 1] + math.sqrt(((path[n] - path[n - 1]) ** 2).sum())
+    kept = [0]
+    while kept[-1] < len(path) - 1:
+        here = kept[-1]
+        there = here + 1
+        for n in range(len(path) - 1, here, -1):
+            if lengths[n] - lengths[here] <= 6 * near:
+                break
+            if ((path[n] - path[here]) ** 2).sum() <= near * near:
+                there = n
+                break
+        kept.append(there)
+    return np.array(kept)
 
 
 @_jit

@@ -7,10 +7,36 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from bad_urdfs import LIMIT, collision, joint, link, robot
 from conftest import has_data
 
 import envs
 from envs import Environment
+
+URDF = robot(
+    *(link(name, "") for name in ("base", "carriage")),
+    link("upper", collision('<cylinder radius="0.04" length="0.4"/>', '<origin xyz="0 0 0.2"/>')),
+    link("fore", collision('<box size="0.06 0.06 0.3"/>', '<origin xyz="0 0 0.2"/>')),
+    link("hand", collision('<cylinder radius="0.05" length="0.1"/>', '<origin xyz="0 0 0.1"/>')),
+    joint("slide", "base", "carriage", "prismatic", '<limit lower="0" upper="0.3"/>', "1 0 0"),
+    joint("shoulder", "carriage", "upper", axis="0 1 0"),
+    joint("elbow", "upper", "fore", inside='<origin xyz="0 0 0.4"/>' + LIMIT, axis="0 1 0"),
+    joint("wrist", "fore", "hand", "continuous", '<origin xyz="0 0 0.4"/>', "1 0 0"),
+)
+"""An arm on a slide, with joints of every kind."""
+
+SCENE = """
+obstacles:
+  - box: [2, 2, 0.1]
+    position: [0, 0, -0.3]
+  - cylinder: [0.1, 1]
+    position: [0.6, 0, 0.2]
+  - sphere: 0.15
+    position: [0, 0.1, 0.9]
+  - mesh: block.stl
+    position: [-0.5, 0, 0.3]
+    rpy: [0.3, 0.2, 0.1]
+"""
 
 IDS = [spec.id for spec in envs.REGISTRY.specs()]
 
@@ -28,6 +54,11 @@ def entry(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
         room.invert()
         room.export(folder / "Room" / "mesh_z_up.obj")
         return f"gibson:root={folder},scene=Room"
+    if request.param == "arm":
+        (folder / "arm.urdf").write_text(URDF)
+        trimesh.creation.box((0.3, 0.3, 0.3)).export(folder / "block.stl")
+        (folder / "scene.yaml").write_text(SCENE)
+        return f"arm:urdf={folder / 'arm.urdf'},scene={folder / 'scene.yaml'}"
     if request.param == "bunny" and not has_data("bunny/bunny.ply"):
         pytest.skip("BENCH_DATA has no bunny")
     return str(request.param)
