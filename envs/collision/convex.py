@@ -16,7 +16,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from envs.collision.primitives import _BOX, _CYLINDER, solid_row
+from envs.collision.primitives import BOX, CYLINDER, solid_row
 
 __all__ = ["distance", "least_distance", "moved", "put", "solid_row"]
 
@@ -89,7 +89,7 @@ def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
         return apart, length
     rounding = 0.0
     for solid in (a, b):
-        if solid[16] != _BOX and solid[16] != _CYLINDER:
+        if solid[16] != BOX and solid[16] != CYLINDER:
             rounding += solid[12]
     points, v = np.empty((4, 3)), np.empty(3)
     n, squared, lower = 0, np.inf, 0.0
@@ -115,12 +115,12 @@ def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
 def _support(row: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
     """From a solid's centre, its point furthest along a direction; of a sphere, the centre."""
     kind = row[16]
-    if kind != _BOX and kind != _CYLINDER:
+    if kind != BOX and kind != CYLINDER:
         return 0.0, 0.0, 0.0
     p = row[0] * x + row[1] * y + row[2] * z
     q = row[3] * x + row[4] * y + row[5] * z
     r = row[6] * x + row[7] * y + row[8] * z
-    if kind == _BOX:
+    if kind == BOX:
         p, q = math.copysign(row[12], p), math.copysign(row[13], q)
         r = math.copysign(row[14], r)
     else:

@@ -18,10 +18,8 @@ from envs.problem import Array
 _SPACING = 0.02
 """Between the nodes of the grid of distances to meshes, by the extent of where it is asked."""
 
-_BOX, _CYLINDER, _SPHERE = 0.0, 1.0, 2.0
-
-NO_SOLID = -1.0
-"""What a row says of itself that stands for a mesh."""
+BOX, CYLINDER, SPHERE, NO_SOLID = 0.0, 1.0, 2.0, -1.0
+"""What a row says that it is; the last of them stands for a mesh."""
 
 MESHES, NOTHING = -1, -2
 """Stand for meshes, and for no obstacle, where a nearest one is named."""
@@ -66,11 +64,11 @@ def solid_row(solid: Sphere | Cylinder | Box, pose: Array) -> Array:
     """The row (17,) of `SceneView.solids` for a solid at a pose (4, 4)."""
     turn, center = pose[:3, :3], pose[:3, 3]
     if isinstance(solid, Box):
-        kind, size, center = _BOX, solid.sides / 2, turn @ solid.center + center
+        kind, size, center = BOX, solid.sides / 2, turn @ solid.center + center
     elif isinstance(solid, Cylinder):
-        kind, size = _CYLINDER, np.array([solid.radius, solid.length / 2, 0.0])
+        kind, size = CYLINDER, np.array([solid.radius, solid.length / 2, 0.0])
     else:
-        kind, size = _SPHERE, np.array([solid.radius, 0.0, 0.0])
+        kind, size = SPHERE, np.array([solid.radius, 0.0, 0.0])
     return np.concatenate([turn.T.ravel(), center, size, [np.linalg.norm(size), kind]])
 
 
@@ -101,12 +99,12 @@ def to_solid(row: Any, x: float, y: float, z: float) -> float:
     b = row[3] * dx + row[4] * dy + row[5] * dz
     c = row[6] * dx + row[7] * dy + row[8] * dz
     distance: float
-    if row[16] == _BOX:
+    if row[16] == BOX:
         a, b, c = abs(a) - row[12], abs(b) - row[13], abs(c) - row[14]
         out_a, out_b, out_c = max(a, 0.0), max(b, 0.0), max(c, 0.0)
         distance = math.sqrt(out_a * out_a + out_b * out_b + out_c * out_c)
         distance += min(max(a, b, c), 0.0)
-    elif row[16] == _CYLINDER:
+    elif row[16] == CYLINDER:
         aside, above = math.sqrt(a * a + b * b) - row[12], abs(c) - row[13]
         out_a, out_b = max(aside, 0.0), max(above, 0.0)
         distance = math.sqrt(out_a * out_a + out_b * out_b) + min(max(aside, above), 0.0)
@@ -153,9 +151,9 @@ def normal_at(scene: Any, which: int, x: float, y: float, z: float, normal: Any)
         for j in range(3):
             at = x if j == 0 else y if j == 1 else z
             local[i] += row[3 * i + j] * (at - row[9 + j])
-    if row[16] == _BOX:
+    if row[16] == BOX:
         _slope_of_box(local, row[12:15], slope)
-    elif row[16] == _CYLINDER:
+    elif row[16] == CYLINDER:
         _slope_of_cylinder(local, row[12], row[13], slope)
     else:
         slope[:] = local / max(math.sqrt((local**2).sum()), 1e-12)
