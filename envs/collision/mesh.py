@@ -51,8 +51,13 @@ class MeshQueries:
         its faces are wound inward, 0 outside, and changes steadily through holes; more than half
         counts as inside.
         """
-        inside: NDArray[np.bool_] = np.abs(self.winding_number(points)) > 0.5
+        inside: NDArray[np.bool_] = self.encloses(points) > 0.5
         return inside
+
+    def encloses(self, points: Array) -> Array:
+        """How far the surface encloses points (n, 3), (n,): see `is_inside`."""
+        size: Array = np.abs(self.winding_number(points))
+        return size
 
     def winding_number(self, points: Array) -> Array:
         """Generalised winding numbers (n,) of points (n, 3)."""

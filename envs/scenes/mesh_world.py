@@ -69,6 +69,10 @@ class Transform:
         return back
 
 
+_BESIDE_HOLES = 0.2
+"""By how much winding numbers may be on the wrong side of a half, see `MeshWorld.allowed`."""
+
+
 class MeshWorld(PointWorld):
     """A sphere-shaped robot that translates in a cube of side 20 centred at the origin.
 
@@ -144,10 +148,17 @@ class MeshWorld(PointWorld):
 
     @property
     def allowed(self) -> Allowed | None:
+        """Where the winding number is on the right side of a half, or not far on the wrong one.
+
+        It varies about a half beside holes too narrow for a lid. If it were decided by a half,
+        motions would pass through the wrong side there, or not, by where they are asked. What
+        lies behind a lid cannot be reached anyway.
+        """
         if self.kind == "shell":
             return None
-        wanted = self.kind == "interior"
-        return lambda q: self._queries.is_inside(q) == wanted
+        if self.kind == "interior":
+            return lambda q: self._queries.encloses(q) > 0.5 - _BESIDE_HOLES
+        return lambda q: self._queries.encloses(q) < 0.5 + _BESIDE_HOLES
 
     def rough_clearance(self, q: Array) -> Array:
         """Off by at most `ROUGH` d_max, but for one in a thousand, see `distance_transform`."""
@@ -163,8 +174,9 @@ class MeshWorld(PointWorld):
 
     def _is_out(self, points: Array) -> Any:
         """Whether points (n, 3) are where the robot may not be, (n,) of bool."""
-        allowed = self.allowed
-        return np.zeros(len(points), dtype=np.bool_) if allowed is None else ~allowed(points)
+        if self.kind == "shell":
+            return np.zeros(len(points), dtype=np.bool_)
+        return self._queries.is_inside(points) != (self.kind == "interior")
 
     @property
     def enclosed(self) -> bool:

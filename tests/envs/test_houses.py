@@ -7,6 +7,7 @@ import pytest
 
 import envs
 from envs import Environment
+from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.problem import Array
 from envs.scenes.floor_plan import Plan, make_plan
 from envs.scenes.furniture import ROOMS
@@ -112,3 +113,13 @@ def test_rough_clearances_are_near_the_exact_ones(house: GeneratedHouse) -> None
     error = np.abs(house.rough_clearance(q) - house.clearance(q))
     assert error.max() <= 0.08 * house.speed_model.d_max
     assert np.median(error) < 0.01
+
+
+def test_beside_a_narrow_hole_the_judge_refuses_no_motion_that_planners_find_free() -> None:
+    """Past a missing patch of a wall, where the winding number varies about a half."""
+    house = envs.make("gibson-generated")
+    a = np.array([-3.0504947270784513, -6.46532896127882, 0.04108671654280793])
+    b = np.array([-5.2813539567128736, -4.855539241821832, -0.27059099499537975])
+    assert house.collision_model(PLANNING_TOLERANCE).segment_is_free(a, b)
+    judge = house.collision_model()
+    assert judge.min_clearance(np.array([a, b])) > judge.tolerance

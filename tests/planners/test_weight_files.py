@@ -205,10 +205,15 @@ def test_shipped_weights_are_whole_small_and_say_how_they_were_made() -> None:
         assert read.command.startswith(f"bench train --env {read.env} --planner {read.planner}")
         assert read.train_s > 0
         assert read.losses[-1][0] == 1
-        if read.planner != "eikonet":  # which is here to show that it falls short
+        in_rooms_without_modes = "gibson" in read.env and "wenc" in read.planner
+        # These are here to show that they fall short.
+        if read.planner != "eikonet" and not in_rooms_without_modes:
             assert read.validation[-1][1] >= 0.95 * read.validation[-1][2]
         by_planner.setdefault(read.planner, set()).add(read.env)
     eight = {"c3d", *(f"c3d:scene={i}" for i in range(1, 8))}
     houses = {"gibson-generated", "gibson-generated:scene=1"}
-    assert by_planner["ntfields"] == eight | {"box", "bunny"} | houses
-    assert by_planner["ief3d"] == eight | houses
+    fields = {"box", "bunny"}
+    assert by_planner["ntfields"] == eight | fields | houses | {"arm4", "arm5", "arm6"}
+    assert by_planner["ief3d"] == eight | fields | houses
+    for name in ("ntfields-nowenc", "ntfields-wenc", "ntfields-wenc-early"):
+        assert by_planner[name] == {"gibson-generated"}
