@@ -7,19 +7,17 @@ where those come nearest, and at random.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 import pytest
+from arms import within
 from numpy.typing import NDArray
 
 import envs
 from envs import Environment
-from envs.collision.covering import Spheres
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.shapes import Box, Cylinder, Solid, Sphere
 from envs.problem import Array
 from envs.robots import arm_clearance
 from envs.robots.arm import Arm, ArmView
@@ -44,31 +42,6 @@ def segments(env: Environment, n: int, seed: int, share_near: float = 0.2) -> Ar
     longest = np.where(np.arange(n) < count, 0.5, 3.0)[:, None]
     b = a + way * 0.05 * (longest / 0.05) ** rng.random((n, 1))
     return np.stack([a, np.clip(b, env.lower, env.upper)], axis=1)
-
-
-def spheres_within(solid: Solid, slack: float) -> Spheres:
-    """Spheres that lie within a solid and touch its sides, in place of some that cover it."""
-    if isinstance(solid, Sphere):
-        return Spheres(np.zeros((1, 3)), np.array([solid.radius]))
-    assert isinstance(solid, Cylinder | Box)
-    if isinstance(solid, Box):
-        radius, half = solid.sides.min() / 2, solid.sides / 2
-    else:
-        half = np.array([0, 0, solid.length / 2])
-        radius = min(solid.radius, half[2])
-    room = np.maximum(half - radius, 0)
-    axes = [np.linspace(-r, r, 1 + math.ceil(r / radius)) for r in room]
-    centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return Spheres(centers, np.full(len(centers), radius))
-
-
-def within(arm: Arm) -> ArmView:
-    """An arm's view by spheres within its solids: clearances from these are never less than the
-    true ones."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("envs.robots.arm.cover", spheres_within)
-        view = Arm(arm.chain, arm.parts, arm.self_collision).view
-    return view._replace(pairs=arm.view.pairs)
 
 
 def refuted(env: Environment, motions: Array) -> int:
