@@ -91,25 +91,28 @@ def _grid(meshes: Sequence[tuple[Mesh, Array]], lower: Array, upper: Array) -> C
 _jit = numba.njit(cache=True, nogil=True)
 
 
-@_jit
-def to_solid(row: Any, x: float, y: float, z: float) -> float:
-    """Signed distance from a point to a solid, a row of `SceneView.solids`; see `nearest`."""
-    dx, dy, dz = x - row[9], y - row[10], z - row[11]
-    a = row[0] * dx + row[1] * dy + row[2] * dz
-    b = row[3] * dx + row[4] * dy + row[5] * dz
-    c = row[6] * dx + row[7] * dy + row[8] * dz
+@numba.njit(nogil=True, inline="always")  # a tenth less for all of a clearance
+def to_solid(solids: Any, n: int, x: float, y: float, z: float) -> float:
+    """Signed distance from a point to the solid in row n of some as in `SceneView`; see `nearest`.
+
+    A row by itself would be another array to count references to, at a fifth more.
+    """
+    dx, dy, dz = x - solids[n, 9], y - solids[n, 10], z - solids[n, 11]
+    a = solids[n, 0] * dx + solids[n, 1] * dy + solids[n, 2] * dz
+    b = solids[n, 3] * dx + solids[n, 4] * dy + solids[n, 5] * dz
+    c = solids[n, 6] * dx + solids[n, 7] * dy + solids[n, 8] * dz
     distance: float
-    if row[16] == BOX:
-        a, b, c = abs(a) - row[12], abs(b) - row[13], abs(c) - row[14]
+    if solids[n, 16] == BOX:
+        a, b, c = abs(a) - solids[n, 12], abs(b) - solids[n, 13], abs(c) - solids[n, 14]
         out_a, out_b, out_c = max(a, 0.0), max(b, 0.0), max(c, 0.0)
         distance = math.sqrt(out_a * out_a + out_b * out_b + out_c * out_c)
         distance += min(max(a, b, c), 0.0)
-    elif row[16] == CYLINDER:
-        aside, above = math.sqrt(a * a + b * b) - row[12], abs(c) - row[13]
+    elif solids[n, 16] == CYLINDER:
+        aside, above = math.sqrt(a * a + b * b) - solids[n, 12], abs(c) - solids[n, 13]
         out_a, out_b = max(aside, 0.0), max(above, 0.0)
         distance = math.sqrt(out_a * out_a + out_b * out_b) + min(max(aside, above), 0.0)
     else:
-        distance = math.sqrt(a * a + b * b + c * c) - row[12]
+        distance = math.sqrt(a * a + b * b + c * c) - solids[n, 12]
     return distance
 
 
@@ -132,7 +135,7 @@ def nearest(scene: Any, x: float, y: float, z: float, most: float) -> tuple[floa
         beyond = least + solids[n, 15]
         if dx * dx + dy * dy + dz * dz >= beyond * beyond and beyond > 0:
             continue
-        distance = to_solid(solids[n], x, y, z)
+        distance = to_solid(solids, n, x, y, z)
         if distance < least:
             least, which = distance, n
     return least, which

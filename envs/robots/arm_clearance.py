@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numba
@@ -20,6 +19,7 @@ from envs.collision.primitives import NO_SOLID, NOTHING, SceneView, nearest, to_
 from envs.problem import Array
 from envs.robots.arm import ArmView, part_bounds
 from envs.robots.chain import at, body_poses
+from envs.threads import in_blocks
 
 _BLOCK = 4096
 """Configurations that a thread takes at a time."""
@@ -29,21 +29,7 @@ def clearances(arm: ArmView, scene: SceneView, q: Array) -> Array:
     """Clearances (n,) at configurations (n, d), in metres, on as many threads as Numba may use."""
     found = np.empty(len(q))
     q = np.ascontiguousarray(q, dtype=np.float64)
-
-    def fill(begin: int) -> None:
-        _clearances(arm, scene, q[begin : begin + _BLOCK], found[begin : begin + _BLOCK])
-
-    blocks = range(0, len(q), _BLOCK)
-    # Not numba.get_num_threads(): that starts Numba's own threads, and OpenMP's with them, which
-    # then spin against PyTorch's.
-    most: int = numba.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
-    threads = min(len(blocks), most)
-    if threads <= 1:
-        for begin in blocks:
-            fill(begin)
-        return found
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(fill, blocks))
+    in_blocks(lambda part: _clearances(arm, scene, q[part], found[part]), len(q), _BLOCK)
     return found
 
 
@@ -112,7 +98,7 @@ def _balls_apart(arm: Any, balls: Any, part: int, other: int, solids: Any) -> fl
     for a in range(arm.first_balls[part], arm.first_balls[part + 1]):
         x, y, z, radius = balls[a, 0], balls[a, 1], balls[a, 2], arm.balls[a, 3]
         if solids[other, 16] != NO_SOLID:
-            least = min(least, to_solid(solids[other], x, y, z) - radius)
+            least = min(least, to_solid(solids, other, x, y, z) - radius)
             continue
         for b in range(arm.first_balls[other], arm.first_balls[other + 1]):
             squared = (x - balls[b, 0]) ** 2 + (y - balls[b, 1]) ** 2 + (z - balls[b, 2]) ** 2

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from envs import Environment
 from envs.collision.distance_grid import ClearanceGrid
 from envs.problem import Array
+from envs.threads import in_blocks
 from planners.scale import Scale
 
 _SPACING = 0.07
@@ -20,6 +21,9 @@ _SPACING = 0.07
 
 _MOST_NODES = 8e6
 """Of that grid, to bound its time and memory."""
+
+_BLOCK = 512
+"""Straight lines that a thread takes at a time."""
 
 _SAMPLES_PER_REACH = 10
 """Of the speed along a straight line, per d_max."""
@@ -91,9 +95,14 @@ class Surroundings:
         """Travel times (...) along the straight lines from (..., 3) to (..., 3), infinite where
         something is in the way."""
         a, b = np.broadcast_arrays(a, b)
-        ends = (np.ascontiguousarray(x.reshape(-1, 3), dtype=np.float64) for x in (a, b))
-        times: Array = straight_times(self.view, *ends).reshape(a.shape[:-1])
-        return times
+        begin, end = (np.ascontiguousarray(x.reshape(-1, 3), dtype=np.float64) for x in (a, b))
+        times = np.empty(len(begin))
+
+        def fill(part: slice) -> None:
+            times[part] = straight_times(self.view, begin[part], end[part])
+
+        in_blocks(fill, len(begin), _BLOCK)
+        return times.reshape(a.shape[:-1])
 
 
 _made: WeakKeyDictionary[Environment, Surroundings] = WeakKeyDictionary()
@@ -106,7 +115,7 @@ def surroundings_of(env: Environment) -> Surroundings:
     return _made[env]
 
 
-_jit = numba.njit(cache=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
+_jit = numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
 # not all of fastmath: times are infinite where something is in the way
 
 
