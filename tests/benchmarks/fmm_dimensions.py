@@ -8,6 +8,7 @@ python tests/benchmarks/fmm_dimensions.py results/arms/fmm_dimensions.csv
 from __future__ import annotations
 
 import sys
+from itertools import product
 from pathlib import Path
 from time import perf_counter
 
@@ -32,12 +33,14 @@ FIELDS = 1_000_000
 
 
 def main() -> None:
-    rows = [measured(arm, resolution) for arm in ARMS for resolution in RESOLUTIONS]
-    table = pd.DataFrame(rows)
-    print(table.to_markdown(index=False))
-    if len(sys.argv) > 1:
-        Path(sys.argv[1]).parent.mkdir(parents=True, exist_ok=True)
-        table.to_csv(sys.argv[1], index=False)
+    rows = []
+    for arm, resolution in product(ARMS, RESOLUTIONS):
+        rows.append(measured(arm, resolution))
+        print(rows[-1], flush=True)
+        if len(sys.argv) > 1:  # what is there so far: the whole takes half an hour
+            Path(sys.argv[1]).parent.mkdir(parents=True, exist_ok=True)
+            pd.DataFrame(rows).to_csv(sys.argv[1], index=False)
+    print(pd.DataFrame(rows).to_markdown(index=False))
 
 
 def measured(arm: str, resolution: int) -> dict[str, object]:
