@@ -100,7 +100,9 @@ class CollisionModel:
         near = [number for number, bound in enumerate(self._bounds(q)) if bound <= 0]
         if near:
             self._place(q)
-        touches = any(self._touches_scene(body) or self._touches_itself(body) for body in near)
+        touches = any(
+            self._touches(self._manager, body) or self._touches_itself(body) for body in near
+        )
         return not touches and self._on_the_right_side(q)
 
     def clearance(self, q: Array) -> float:
@@ -136,9 +138,9 @@ class CollisionModel:
         bounds = [self.robot.motion_bound(a, b) for a, b in pairwise(waypoints)]
         return continuous.path_min_clearance(self.clearance, waypoints, bounds, self.tolerance)
 
-    def _touches_scene(self, body: int) -> bool:
+    def _touches(self, manager: Any, body: int) -> bool:
         data = fcl.CollisionData()
-        self._manager.collide(self._body(body), data, fcl.defaultCollisionCallback)
+        manager.collide(self._body(body), data, fcl.defaultCollisionCallback)
         return bool(data.result.is_collision)
 
     def _touches_itself(self, body: int) -> bool:
@@ -159,16 +161,16 @@ class CollisionModel:
             least = min(least, self._distance_by_fcl(manager, body))
         for other in self._others[body]:
             least = min(least, self._distance_between(body, other, min(least, most)))
-        if 0 < least <= _NEAR and (self._touches_scene(body) or self._touches_itself(body)):
+        if 0 < least <= _NEAR and (
+            self._touches(self._manager, body) or self._touches_itself(body)
+        ):
             return 0.0
         return least
 
     def _distance_by_fcl(self, manager: Any, body: int) -> float:
-        if self._has_meshes:  # where a sphere touches a triangle FCL leaves the distance unset
-            touching = fcl.CollisionData()
-            manager.collide(self._body(body), touching, fcl.defaultCollisionCallback)
-            if touching.result.is_collision:
-                return -1.0
+        # Where a sphere touches a triangle FCL leaves the distance unset.
+        if self._has_meshes and self._touches(manager, body):
+            return -1.0
         data = fcl.DistanceData()
         manager.distance(self._body(body), data, fcl.defaultDistanceCallback)
         distance: float = data.result.min_distance

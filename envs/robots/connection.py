@@ -11,6 +11,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.collision.primitives import SceneView
 from envs.problem import Array
 from envs.robots.arm import ArmView
@@ -22,13 +23,10 @@ ITERATIONS = 4000
 _STEP = 0.5
 """The longest motion, in radians or metres."""
 
-_TOLERANCE = 2e-3
-"""Of the certified checks, in metres: twice the judge's."""
-
 
 def joined(arm: ArmView, scene: SceneView, start: Array, goal: Array, samples: Array) -> bool:
     """Whether a search that draws `samples` (n, d) joins two configurations (d,)."""
-    return bool(_joined(arm, scene, start, goal, samples, _STEP, _TOLERANCE))
+    return bool(_joined(arm, scene, start, goal, samples, _STEP, PLANNING_TOLERANCE))
 
 
 _jit = numba.njit(cache=True, nogil=True)

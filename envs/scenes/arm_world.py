@@ -89,7 +89,8 @@ class ArmWorld(Environment):
         return view_of(self.obstacles, at - reach, at + reach)
 
     def clearance(self, q: Array) -> Array:
-        """Distances (n,) by FCL, one configuration (n, d) at a time; just below 0 in contact."""
+        """Distances (n,), in metres, by `CollisionModel`, one configuration (n, d) at a time; just
+        below 0 in contact."""
         found = [self._model.clearance(one) for one in self.configurations(q)]
         return np.array([_TOUCHING if c <= 0 else c for c in found])
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -102,7 +104,8 @@ class FieldPlanner(LearnedPlanner):
         assert self._compiled is not None
         middle = (self._env.lower + self._env.upper) / 2
         ends = np.array([middle, middle + 0.01 * self._scale.extent])
-        self._one(ends[0], ends[1], self._attempts[0])
+        at_once = replace(self._attempts[0], meeting=math.inf, margin=0.0)  # so there is a path
+        self._one(ends[0], ends[1], at_once)
         self._free([ends])
         if any(descent.escapes for descent in self._attempts):
             self._compiled.escaped(self._scale.shrink(ends).astype(np.float32), 0)

@@ -315,15 +315,15 @@ def test_a_path_with_escapes_is_in_one_piece(net: TimeField) -> None:
 def test_nothing_is_left_to_be_compiled_on_the_clock(
     net: TimeField, world: TwoRooms, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    compiled: list[str] = []
+    compiled: dict[str, Any] = {}
     for name in ("descend", "escaped"):
         whole = getattr(CompiledField, name)
 
         def noted(
             self: CompiledField, *arguments: Any, name: str = name, whole: Any = whole
         ) -> Any:
-            compiled.append(name)
-            return whole(self, *arguments)
+            compiled[name] = whole(self, *arguments)
+            return compiled[name]
 
         monkeypatch.setattr(CompiledField, name, noted)
     same = Method(lambda env: deepcopy(net), LargestSubsolutionInRooms)
@@ -331,3 +331,4 @@ def test_nothing_is_left_to_be_compiled_on_the_clock(
     planner = planner_module.FieldPlanner("ntfields")
     planner.load(world, {name: value.numpy() for name, value in net.state_dict().items()})
     assert set(compiled) == {"descend", "escaped"}
+    assert compiled["descend"] is not None, "what is done to a path that is found is compiled too"
