@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 
 from bench import commands
+from bench.report import files
 from bench.suite import PAPER
 from envs import InputError
 from envs.errors import suggestion
@@ -145,10 +146,13 @@ def _add_report(subparsers: Any) -> None:
         "report",
         commands.report,
         help="tables of a run",
-        description="Writes the tables of what was last run into each DIR, and prints them.",
+        description="Writes reports of what was last run into each DIR, or one report of all into "
+        "--out, and prints the tables.",
     )
     parser.add_argument("dirs", nargs="+", type=Path, metavar="DIR")
-    parser.add_argument("--format", default="md,csv", help="of md,csv (default: both)")
+    parser.add_argument(
+        "--format", default="md,csv", help=f"of {','.join(files.FORMATS)} (default: md,csv)"
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", help="(default: the run's own)")
 
 

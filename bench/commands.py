@@ -12,10 +12,10 @@ from typing import Any
 import envs
 import planners
 from bench import runner, training
-from bench.report import files, summary
+from bench.report import files, markdown, summary
+from bench.report.recorded import RecordedRun
 from bench.store import Store
 from bench.suite import make_suite, on_device
-from envs import InputError
 from envs.registry import Registry
 from envs.scenes.arm_world import ArmWorld
 
@@ -39,17 +39,16 @@ def run(chosen: argparse.Namespace) -> int:
     folder: Path = chosen.out or Path("results/runs") / suite.arenas[0].entry.spec.id
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with Store(folder) as store:
-        selection = suite.selection()
-        store.put_selection(selection)
+        store.put_selection(suite.selection())
         try:
             runner.run(suite, store, force=chosen.force, started_s=chosen.started_s)
         finally:
-            records = files.selected_records(store, selection)
-            text = files.write(folder, records, selection, files.FORMATS)
-            files.write_manifest(folder, records, selection, store.sessions())
-    print(text)
+            recorded = RecordedRun.of(store, folder)
+            files.write(recorded, folder, files.OF_RUNS)
+            files.write_manifest(recorded, folder)
+    print(markdown.text(recorded))
     print(f"{folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}", file=sys.stderr)
-    return DONE if summary.attempted(records) else NOTHING_MEASURED
+    return DONE if summary.attempted(recorded.records) else NOTHING_MEASURED
 
 
 def train(chosen: argparse.Namespace) -> int:
@@ -69,19 +68,13 @@ def train(chosen: argparse.Namespace) -> int:
 
 def report(chosen: argparse.Namespace) -> int:
     """`bench report`."""
-    formats = [f for f in chosen.format.split(",") if f]
-    for name in formats:
-        if name not in files.FORMATS:
-            raise InputError(f"--format: unknown {name!r}; choose from {', '.join(files.FORMATS)}")
-    if chosen.out and len(chosen.dirs) > 1:
-        raise InputError("--out takes one DIR at a time, or their tables would overwrite another")
-    for folder in chosen.dirs:
-        with Store(folder, create=False) as store:
-            selection = store.selection()
-            records = files.selected_records(store, selection)
-        out: Path = chosen.out or folder
-        out.mkdir(parents=True, exist_ok=True)
-        print(files.write(out, records, selection, formats))
+    formats = files.chosen_formats(chosen.format)
+    runs = [RecordedRun.read(folder) for folder in chosen.dirs]
+    if chosen.out is not None:
+        runs = [RecordedRun.joined(runs)]
+    for run in runs:
+        files.write(run, chosen.out or run.folders[0], formats)
+        print(markdown.text(run))
     return DONE
 
 
@@ -94,8 +87,7 @@ def show(chosen: argparse.Namespace) -> int:
     world = env.make()
     shown = None
     if chosen.paths is not None:
-        with Store(chosen.paths, create=False) as store:
-            records = files.selected_records(store, store.selection())
+        records = RecordedRun.read(chosen.paths).records
         if chosen.planners != "all":
             wanted = [entry.id for entry in planners.REGISTRY.entries(chosen.planners)]
             records = records[records["planner"].isin(wanted)]

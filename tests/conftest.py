@@ -14,8 +14,7 @@ import pytest
 import envs
 import planners
 from bench import cli
-from bench.report.files import selected_records
-from bench.store import Store
+from bench.report.recorded import RecordedRun
 from envs import Environment
 from planners import parallel
 
@@ -31,8 +30,7 @@ def has_data(name: str) -> bool:
 
 def records_of(folder: Path) -> pd.DataFrame:
     """What a folder's latest run is about, a row an attempt."""
-    with Store(folder, create=False) as store:
-        return selected_records(store, store.selection())
+    return RecordedRun.read(folder).records
 
 
 @pytest.fixture(scope="session")

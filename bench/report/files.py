@@ -1,75 +1,81 @@
-"""The files of a run's folder besides the store."""
+"""The files of a report, one for each format, and a run's manifest."""
 
 from __future__ import annotations
 
+import importlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import pandas as pd
-
-from bench.report import markdown, summary
-from bench.store import Store
-
-FORMATS = ("md", "csv")
+from bench.report.recorded import RecordedRun
+from envs import InputError
+from envs.errors import suggestion
 
 
-def selected_records(store: Store, selection: dict[str, Any]) -> pd.DataFrame:
-    """The records of what was asked for last."""
-    fingerprints = [env["fingerprint"] for env in selection["envs"]]
-    rows = store.records(fingerprints, selection["seed"], selection["settings_digest"])
-    wanted = rows["planner"].isin(selection["planners"]) & (rows["problem"] < selection["problems"])
-    ranked = rows[wanted].assign(
-        env_rank=rows["env_fingerprint"].map(fingerprints.index),
-        planner_rank=rows["planner"].map({p: i for i, p in enumerate(selection["planners"])}),
-    )
-    ordered = ranked.sort_values(["env_rank", "planner_rank", "problem"], ignore_index=True)
-    chosen: pd.DataFrame = ordered.drop(columns=["env_rank", "planner_rank"])
-    return chosen
+@dataclass(frozen=True)
+class Format:
+    """A kind of report: its file's name, and the module whose `write(run, file)` makes it, which
+    is imported only then (plotting libraries take a second)."""
+
+    file: str
+    module: str
+
+    def write(self, run: RecordedRun, folder: Path) -> None:
+        """Writes the file into an existing folder."""
+        writer: Callable[[RecordedRun, Path], None] = importlib.import_module(self.module).write
+        writer(run, folder / self.file)
 
 
-def write(
-    folder: Path, records: pd.DataFrame, selection: dict[str, Any], formats: Sequence[str]
-) -> str:
-    """Writes `summary.csv` and `summary.md` as asked for; the Markdown text either way."""
-    order = [(env["id"], p) for env in selection["envs"] for p in selection["planners"]]
-    rows = summary.summarise(records, order)
-    text = markdown.tables(rows, summary.common_problems(records), caption(selection))
-    if "csv" in formats:
-        rows.to_csv(folder / "summary.csv", index=False)
-    if "md" in formats:
-        (folder / "summary.md").write_text(text, encoding="utf-8")
-    return text
+FORMATS = {
+    "md": Format("summary.md", "bench.report.markdown"),
+    "csv": Format("summary.csv", "bench.report.csv_table"),
+    "latex": Format("summary.tex", "bench.report.latex"),
+    "html": Format("report.html", "bench.report.html"),
+    "planner-arena": Format("planner_arena.db", "bench.report.planner_arena"),
+}
+
+OF_RUNS = ("md", "csv")
+"""What `bench run` writes by itself."""
 
 
-def caption(selection: dict[str, Any]) -> str:
-    """How the numbers came about, in a line."""
-    settings = selection["settings"]
-    text = (
-        f"{selection['problems']} problems an environment, seed {selection['seed']}, "
-        f"time limit {settings['time_limit_s']:g} s, stop rule `{settings['stop']}`, "
-        f"{settings['jobs']} at a time."
-    )
-    for env in selection["envs"]:
-        if env.get("census"):
-            facts = ", ".join(
-                f"{what.replace('_', ' ')} {n:g}" for what, n in env["census"].items()
-            )
-            text += f" Problems of {env['id']}: {facts}."
-    return text
+def chosen_formats(text: str) -> list[str]:
+    """Names of formats from the command line, as in "md,csv".
+
+    Raises:
+        InputError: one is unknown.
+    """
+    names = [name for name in text.split(",") if name]
+    for name in names:
+        if name not in FORMATS:
+            raise InputError(f"--format: unknown {name!r}; {suggestion(name, FORMATS)}")
+    if not names:
+        raise InputError(f"--format: name at least one of {', '.join(FORMATS)}")
+    return names
 
 
-def write_manifest(
-    folder: Path, records: pd.DataFrame, selection: dict[str, Any], sessions: list[dict[str, Any]]
-) -> None:
+def write(run: RecordedRun, folder: Path, formats: Sequence[str]) -> None:
+    """Writes a report in some formats into a folder, which is made if missing.
+
+    Raises:
+        InputError: the folder cannot be written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in formats:
+            FORMATS[name].write(run, folder)
+    except OSError as error:
+        raise InputError(f"cannot write the report to {folder}: {error}") from error
+
+
+def write_manifest(run: RecordedRun, folder: Path) -> None:
     """Writes `manifest.json`: what was asked for, and each session that measured some of it."""
-    measured = [s for s in sessions if s["run_id"] in set(records["run_id"])]
-    capacity = sum(s["wall_s"] * s["jobs"] for s in measured)
-    planning = sum(s["setup_s"] + s["solve_s"] for s in measured)
+    capacity = sum(s["wall_s"] * s["jobs"] for s in run.sessions)
+    planning = sum(s["setup_s"] + s["solve_s"] for s in run.sessions)
+    [selection] = run.selections
     manifest = {
         **selection,
         "overhead_share": round(1 - planning / capacity, 4) if capacity else None,
-        "sessions": measured,
+        "sessions": run.sessions,
     }
     (folder / "manifest.json").write_text(json.dumps(manifest, indent=2) + "\n", encoding="utf-8")

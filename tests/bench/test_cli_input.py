@@ -130,7 +130,7 @@ def test_unknown_formats_and_problems(bench: Cli, tmp_path: Path) -> None:
     assert bench(*run("--stop", "first", "--out", tmp_path))[0] == 0
     code, _, err = bench("report", tmp_path, "--format", "pdf")
     assert code == 2
-    assert "choose from md, csv" in err
+    assert "choose from: csv, html" in err
     picture = ("--out", tmp_path / "f.png")
     code, _, err = bench("show", "--env", "c3d", "--paths", tmp_path, "--problem", 77, *picture)
     assert code == 2

@@ -12,8 +12,7 @@ import pandas as pd
 import pytest
 from conftest import Cli, records_of
 
-from bench.report.files import selected_records
-from bench.store import Store
+from bench.report.recorded import RecordedRun
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -64,8 +63,7 @@ def test_interrupted_before_anything_was_measured(
 def _rows(folder: Path) -> int:
     if not (folder / "run.sqlite").exists():
         return 0
-    with Store(folder) as store:
-        try:
-            return len(selected_records(store, store.selection()))
-        except ValueError:
-            return 0
+    try:
+        return len(RecordedRun.read(folder).records)
+    except ValueError:
+        return 0

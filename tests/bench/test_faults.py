@@ -9,7 +9,7 @@ import faulty_planners
 import numpy as np
 import pandas as pd
 import psutil
-from conftest import Cli
+from conftest import Cli, records_of
 
 import envs
 from envs import Spec
@@ -43,7 +43,7 @@ def test_errors_tell_what_happened(bench: Cli, faulty: list[str], tmp_path: Path
         *("run", "--env", "c3d", "--planners", names, "--problems", 1, "--stop", "first"),
         *("--time-limit", 0.3, "--out", tmp_path),
     )
-    errors = _records(tmp_path).set_index("planner")["error"]
+    errors = records_of(tmp_path).set_index("planner")["error"]
     assert "I do not feel like planning" in errors["raises"]
     assert "SIGSEGV" in errors["segfault"]
     assert "faulty_planners.py" in errors["segfault"], "names the line that crashed"
@@ -64,7 +64,7 @@ def test_what_a_planner_prints_stays_out_of_the_table(
     assert code == 0
     assert "hello" not in out + err
     assert "library" not in out + err
-    assert len(_records(tmp_path)) == 3
+    assert len(records_of(tmp_path)) == 3
 
 
 def test_a_valid_path_after_the_limit_is_late(
@@ -74,7 +74,7 @@ def test_a_valid_path_after_the_limit_is_late(
         *("run", "--env", "c3d:boxes=1", "--planners", "late", "--problems", 2),
         *("--stop", "first", "--time-limit", 0.2, "--out", tmp_path),
     )
-    records = _records(tmp_path)
+    records = records_of(tmp_path)
     valid = records["verdict"] == "VALID"
     assert valid.any()
     assert set(records.loc[valid, "outcome"]) == {"LATE"}
@@ -93,14 +93,6 @@ def test_an_environment_that_differs_from_process_to_process_is_an_error(
         )
     finally:
         envs.REGISTRY.unregister("unsteady")
-    records = _records(tmp_path)
+    records = records_of(tmp_path)
     assert set(records["outcome"]) == {"ERROR"}
     assert "not the same in every process" in records["error"][0]
-
-
-def _records(folder: Path) -> pd.DataFrame:
-    from bench.report.files import selected_records
-    from bench.store import Store
-
-    with Store(folder, create=False) as store:
-        return selected_records(store, store.selection())

@@ -1,0 +1,79 @@
+"""The tables' cells as text, the same in every format.
+
+Each printed number is a rounding of one in `summary.csv`.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pandas as pd
+
+NUMERIC = ("problems", "n", "offline s")
+"""Columns to set flush right."""
+
+SUCCESS_NOTE = (
+    "Time, length and safety margin are over verified successes: mean ± standard deviation "
+    "(median). Success is of all attempts, with the 95 % Wilson interval. Offline is setup, "
+    "and training of the weights in use."
+)
+
+COMMON_NOTE = "On the problems that every planner solved:"
+
+
+def success_rows(summary: pd.DataFrame) -> list[dict[str, str]]:
+    """The main table, column names to cells; see `bench.report.summary.summarise`."""
+    return [
+        {
+            "env": row["env"],
+            "planner": row["planner"],
+            "problems": f"{row['problems']}",
+            "success %": f"{_percent(row['success_rate'])} "
+            f"[{_percent(row['success_low'])}, {_percent(row['success_high'])}]",
+            "time s": _spread(row, "time_s", 3),
+            "length": _spread(row, "length", 2),
+            "safety margin": _spread(row, "safety_margin", 2),
+            "offline s": number(row["offline_s"], 2),
+            "outcomes": _outcomes(row),
+        }
+        for row in summary.to_dict("records")
+    ]
+
+
+def common_rows(common: pd.DataFrame) -> list[dict[str, str]]:
+    """The table of commonly solved problems; see `bench.report.summary.common_problems`."""
+    return [
+        {
+            "env": row["env"],
+            "planner": row["planner"],
+            "n": f"{row['problems']}",
+            "length": number(row["length_mean"], 2),
+            "safety margin": number(row["safety_margin_mean"], 2),
+        }
+        for row in common.to_dict("records")
+    ]
+
+
+def number(value: float, digits: int) -> str:
+    """A number with so many decimals, a dash for none."""
+    return "-" if pd.isna(value) else f"{value:.{digits}f}"
+
+
+def _outcomes(row: dict[Any, Any]) -> str:
+    counts = json.loads(row["status_counts"])
+    texts = [f"{name} {count}" for name, count in counts.items()]
+    if not pd.isna(row["fallbacks"]):
+        texts.append(f"with fallback {row['fallbacks']:.0f}")
+    return ", ".join(texts)
+
+
+def _spread(row: dict[Any, Any], name: str, digits: int) -> str:
+    if pd.isna(row[f"{name}_mean"]):
+        return "-"
+    spread = number(row[f"{name}_std"], digits)
+    return f"{row[f'{name}_mean']:.{digits}f} ± {spread} ({row[f'{name}_median']:.{digits}f})"
+
+
+def _percent(rate: float) -> str:
+    return f"{100 * rate:.1f}"

@@ -1,0 +1,134 @@
+"""What the stores of some folders hold of what was asked for last, as reports take it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from bench.report.summary import common_problems, summarise
+from bench.store import Store
+from envs import InputError
+
+
+@dataclass(frozen=True)
+class RecordedRun:
+    """A run, or several that are reported together.
+
+    Attributes:
+        folders: where it is stored.
+        selections: what was asked for, of each folder; see `bench.suite.Suite.selection`.
+        records: one row an attempt, with the columns of `bench.record.Record`; ordered by
+            environment, planner (as asked for) and problem.
+        sessions: when, where and at what cost it was measured, oldest first.
+    """
+
+    folders: tuple[Path, ...]
+    selections: tuple[dict[str, Any], ...]
+    records: pd.DataFrame
+    sessions: tuple[dict[str, Any], ...]
+
+    @staticmethod
+    def of(store: Store, folder: Path) -> RecordedRun:
+        """What was last asked for in an open store.
+
+        Raises:
+            InputError: nothing yet.
+        """
+        selection = store.selection()
+        records = _selected(store, selection)
+        ran = set(records["run_id"])
+        sessions = tuple(s for s in store.sessions() if s["run_id"] in ran)
+        return RecordedRun((folder,), (selection,), records, sessions)
+
+    @staticmethod
+    def read(folder: Path) -> RecordedRun:
+        """What was last asked for in a folder that `bench run` wrote.
+
+        Raises:
+            InputError: there is no such store, or nothing in it yet.
+        """
+        with Store(folder, create=False) as store:
+            return RecordedRun.of(store, folder)
+
+    @staticmethod
+    def joined(runs: Sequence[RecordedRun]) -> RecordedRun:
+        """Several runs as one.
+
+        Raises:
+            InputError: two of them have the same planner in the same environment, whose rows
+                would be mixed.
+        """
+        seen: dict[tuple[str, str], Path] = {}
+        for run in runs:
+            for pair in run.order:
+                if pair in seen:
+                    raise InputError(
+                        f"{seen[pair]} and {run.folders[0]} both have {pair[1]} in {pair[0]}; "
+                        "`bench compare` sets such runs side by side"
+                    )
+                seen[pair] = run.folders[0]
+        return RecordedRun(
+            tuple(folder for run in runs for folder in run.folders),
+            tuple(selection for run in runs for selection in run.selections),
+            pd.concat([run.records for run in runs], ignore_index=True),
+            tuple(session for run in runs for session in run.sessions),
+        )
+
+    @property
+    def order(self) -> list[tuple[str, str]]:
+        """(environment, planner) of the tables' rows."""
+        return [
+            (env["id"], planner)
+            for selection in self.selections
+            for env in selection["envs"]
+            for planner in selection["planners"]
+        ]
+
+    @cached_property
+    def summary(self) -> pd.DataFrame:
+        """A row per environment and planner; see `bench.report.summary.summarise`."""
+        return summarise(self.records, self.order)
+
+    @cached_property
+    def common(self) -> pd.DataFrame:
+        """Of commonly solved problems; see `bench.report.summary.common_problems`."""
+        return common_problems(self.records)
+
+    @property
+    def caption(self) -> str:
+        """How the numbers came about, in a line for each run."""
+        return "\n\n".join(_caption(selection) for selection in self.selections)
+
+
+def _selected(store: Store, selection: dict[str, Any]) -> pd.DataFrame:
+    fingerprints = [env["fingerprint"] for env in selection["envs"]]
+    rows = store.records(fingerprints, selection["seed"], selection["settings_digest"])
+    wanted = rows["planner"].isin(selection["planners"]) & (rows["problem"] < selection["problems"])
+    ranked = rows[wanted].assign(
+        env_rank=rows["env_fingerprint"].map(fingerprints.index),
+        planner_rank=rows["planner"].map({p: i for i, p in enumerate(selection["planners"])}),
+    )
+    ordered = ranked.sort_values(["env_rank", "planner_rank", "problem"], ignore_index=True)
+    chosen: pd.DataFrame = ordered.drop(columns=["env_rank", "planner_rank"])
+    return chosen
+
+
+def _caption(selection: dict[str, Any]) -> str:
+    settings = selection["settings"]
+    text = (
+        f"{selection['problems']} problems an environment, seed {selection['seed']}, "
+        f"time limit {settings['time_limit_s']:g} s, stop rule `{settings['stop']}`, "
+        f"{settings['jobs']} at a time."
+    )
+    for env in selection["envs"]:
+        if env.get("census"):
+            facts = ", ".join(
+                f"{what.replace('_', ' ')} {n:g}" for what, n in env["census"].items()
+            )
+            text += f" Problems of {env['id']}: {facts}."
+    return text
