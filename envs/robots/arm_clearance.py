@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from envs.collision.convex import moved
 from envs.collision.primitives import NO_SOLID, NOTHING, SceneView, nearest, to_solid
+from envs.kernels import kernel
 from envs.problem import Array
 from envs.robots.arm import ArmView, part_bounds
 from envs.robots.chain import at, body_poses
@@ -119,7 +120,7 @@ def _clearances(arm: Any, scene: Any, q: Any, found: Any) -> None:
         found[n] = _least(arm, scene, bodies)
 
 
-@_jit
+@kernel
 def _least(arm: Any, scene: Any, bodies: Any) -> float:
     """The least of the parts' clearances from obstacles. Those farther out come first: they are
     nearer to things, and then most others are seen to be farther away at a glance."""

@@ -7,6 +7,7 @@ are in the frame of the base. Angles are in radians, lengths in metres.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -17,6 +18,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from envs.kernels import kernel
 from envs.problem import Array
 
 
@@ -128,7 +130,7 @@ class ChainView(NamedTuple):
 _jit = numba.njit(cache=True, nogil=True)
 
 
-@_jit
+@kernel
 def compose(a: Any, b: Any, out: Any) -> None:
     """Writes the pose a b (3, 4); `out` is neither of them."""
     for i in range(3):
@@ -137,7 +139,7 @@ def compose(a: Any, b: Any, out: Any) -> None:
         out[i, 3] += a[i, 3]
 
 
-@_jit
+@kernel
 def at(pose: Any, point: Any) -> tuple[float, float, float]:
     """Where a point (3,) is that a pose (3, 4) carries."""
     return (
@@ -147,34 +149,41 @@ def at(pose: Any, point: Any) -> tuple[float, float, float]:
     )
 
 
-@_jit
-def _moved(axis: Any, prismatic: bool, value: float, out: Any) -> None:
-    """Writes the pose (3, 4) of a joint's body in the joint's frame: Rodrigues' formula."""
-    x, y, z = axis[0], axis[1], axis[2]
-    out[:] = 0.0
-    if prismatic:
-        for i in range(3):
-            out[i, i] = 1.0
-            out[i, 3] = value * axis[i]
-        return
-    c, s = np.cos(value), np.sin(value)
-    v = 1.0 - c
-    out[0, 0], out[0, 1], out[0, 2] = c + x * x * v, x * y * v - z * s, x * z * v + y * s
-    out[1, 0], out[1, 1], out[1, 2] = y * x * v + z * s, c + y * y * v, y * z * v - x * s
-    out[2, 0], out[2, 1], out[2, 2] = z * x * v - y * s, z * y * v + x * s, c + z * z * v
-
-
-@_jit
+@kernel
 def body_poses(chain: Any, q: Any, poses: Any) -> None:
     """Writes the poses (1 + d, 3, 4) of the bodies at a configuration (d,)."""
     poses[0] = 0.0
     for i in range(3):
         poses[0, i, i] = 1.0
-    at_joint, moved = np.empty((3, 4)), np.empty((3, 4))
     for joint in range(len(q)):
-        compose(poses[joint], chain.origins[joint], at_joint)
-        _moved(chain.axes[joint], chain.prismatic[joint], q[joint], moved)
-        compose(at_joint, moved, poses[joint + 1])
+        pose = poses[joint + 1]
+        compose(poses[joint], chain.origins[joint], pose)
+        if chain.prismatic[joint]:
+            _slide(pose, chain.axes[joint], q[joint])
+        else:
+            _turn(pose, chain.axes[joint], q[joint])
+
+
+@kernel
+def _slide(pose: Any, axis: Any, value: float) -> None:
+    """Moves a pose (3, 4) along an axis of its own."""
+    for i in range(3):
+        along = pose[i, 0] * axis[0] + pose[i, 1] * axis[1] + pose[i, 2] * axis[2]
+        pose[i, 3] += value * along
+
+
+@kernel
+def _turn(pose: Any, axis: Any, angle: float) -> None:
+    """Turns a pose (3, 4) about an axis of its own, by Rodrigues' formula for each of its rows r:
+    the new one is r cos + (r x axis) sin + (r axis)(1 - cos) axis."""
+    x, y, z = axis[0], axis[1], axis[2]
+    c, s = math.cos(angle), math.sin(angle)
+    for i in range(3):
+        u, v, w = pose[i, 0], pose[i, 1], pose[i, 2]
+        along = (u * x + v * y + w * z) * (1.0 - c)
+        pose[i, 0] = u * c + (v * z - w * y) * s + along * x
+        pose[i, 1] = v * c + (w * x - u * z) * s + along * y
+        pose[i, 2] = w * c + (u * y - v * x) * s + along * z
 
 
 @_jit
