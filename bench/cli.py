@@ -66,7 +66,16 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=metadata.version("plannerbench"))
     subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in (_add_run, _add_train, _add_report, _add_show, _add_field, _add_list):
+    for add in (
+        _add_run,
+        _add_train,
+        _add_report,
+        _add_compare,
+        _add_show,
+        _add_field,
+        _add_paper,
+        _add_list,
+    ):
         add(subparsers)
     return parser
 
@@ -156,6 +165,26 @@ def _add_report(subparsers: Any) -> None:
     parser.add_argument("--out", type=Path, metavar="DIR", help="(default: the run's own)")
 
 
+def _add_compare(subparsers: Any) -> None:
+    parser = _command(
+        subparsers,
+        "compare",
+        commands.compare,
+        help="compare two runs, or two planners of one",
+        description="Compares planners on the problems that two runs, or two planners of one run, "
+        "share: success, time, length and margin, with tests and verdicts.",
+    )
+    parser.add_argument("a", type=Path, metavar="A", help="a folder that run wrote")
+    parser.add_argument("b", type=Path, nargs="?", metavar="B", help="another (default: A)")
+    parser.add_argument(
+        "--planners",
+        default="all",
+        metavar="P,Q",
+        help="P of A against Q of B; or one name, in both (default: all that are in both)",
+    )
+    parser.add_argument("--out", type=Path, metavar="FILE.csv", help="the table, unrounded")
+
+
 def _add_show(subparsers: Any) -> None:
     parser = _command(
         subparsers,
@@ -199,6 +228,27 @@ def _numbers(text: str) -> Any:
         return np.array([float(part) for part in text.split(",")])
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not numbers with commas between") from None
+
+
+def _add_paper(subparsers: Any) -> None:
+    parser = _command(
+        subparsers,
+        "paper",
+        commands.paper,
+        help="the paper's tables and figures beside ours",
+        description="Carries out the paper's experiments, or goes on where it stopped, and prints "
+        "each table beside the paper's figures. DIR holds paper.md, its pictures, and every table "
+        "as CSV.",
+    )
+    add = parser.add_argument
+    add("--only", metavar="NAME", help="of the experiments, as in c3d,gibson (default: all)")
+    add("--quick", action="store_true", help="fewer problems, and say so in every caption")
+    add(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="(default: results/runs/paper, or results/runs/paper-quick)",
+    )
 
 
 def _add_list(subparsers: Any) -> None:

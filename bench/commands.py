@@ -11,11 +11,11 @@ from typing import Any
 
 import envs
 import planners
-from bench import runner, training
-from bench.report import files, markdown, summary
+from bench import measuring, training
+from bench.report import comparison, files, markdown, summary
 from bench.report.recorded import RecordedRun
-from bench.store import Store
 from bench.suite import make_suite, on_device
+from envs import InputError
 from envs.registry import Registry
 from envs.scenes.arm_world import ArmWorld
 
@@ -38,14 +38,7 @@ def run(chosen: argparse.Namespace) -> int:
     )
     folder: Path = chosen.out or Path("results/runs") / suite.arenas[0].entry.spec.id
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    with Store(folder) as store:
-        store.put_selection(suite.selection())
-        try:
-            runner.run(suite, store, force=chosen.force, started_s=chosen.started_s)
-        finally:
-            recorded = RecordedRun.of(store, folder)
-            files.write(recorded, folder, files.OF_RUNS)
-            files.write_manifest(recorded, folder)
+    recorded = measuring.measured(suite, folder, force=chosen.force, started_s=chosen.started_s)
     print(markdown.text(recorded))
     print(f"{folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}", file=sys.stderr)
     return DONE if summary.attempted(recorded.records) else NOTHING_MEASURED
@@ -75,6 +68,19 @@ def report(chosen: argparse.Namespace) -> int:
     for run in runs:
         files.write(run, chosen.out or run.folders[0], formats)
         print(markdown.text(run))
+    return DONE
+
+
+def compare(chosen: argparse.Namespace) -> int:
+    """`bench compare`."""
+    a = RecordedRun.read(chosen.a)
+    b = a if chosen.b is None else RecordedRun.read(chosen.b)
+    who = comparison.chosen_planners(chosen.planners, a, b)
+    pairing = comparison.pair_runs(a, b, who)
+    table = comparison.compare(pairing.pairs)
+    if chosen.out is not None:
+        comparison.write_csv(table, chosen.out)
+    print(comparison.text(a, b, table, pairing.left_out))
     return DONE
 
 
@@ -115,8 +121,27 @@ def field(chosen: argparse.Namespace) -> int:
         fmm = training.ready(env, planners.REGISTRY.entry("fmm"), may_train=False)
         reference = fields.field_of(fmm, "fmm", where)
     table = fields.errors(found, reference, where)
-    fields.draw(found, table, where, chosen.out)
+    fields.draw([fields.Strip(env.id, where, found, table)], chosen.out)
     print(table.to_markdown(index=False, floatfmt=".4f"))
+    return DONE
+
+
+def paper(chosen: argparse.Namespace) -> int:
+    """`bench paper`."""
+    from bench.paper import program  # matplotlib, as above
+    from bench.paper.experiment import Place
+
+    folder = program.data_folder()
+    names = [name for name in (chosen.only or "").split(",") if name]
+    experiments = program.experiments(folder)
+    wanted = program.chosen(experiments, names)
+    out = chosen.out or Path("results/runs") / ("paper-quick" if chosen.quick else "paper")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    outcome = program.carry_out(wanted, experiments, Place(folder, out, chosen.quick))
+    print(outcome.text)
+    if outcome.failed:
+        left = ", ".join(outcome.failed)
+        raise InputError(f"could not be carried out, see {out / 'paper.md'}: {left}")
     return DONE
 
 

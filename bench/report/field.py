@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -101,47 +103,72 @@ def errors(fields: Mapping[str, Field], reference: Field, where: Slice) -> pd.Da
     return table
 
 
-def draw(fields: Mapping[str, Field], table: pd.DataFrame, where: Slice, file: Path) -> None:
-    """One column a planner: colour is the predicted speed, lines are arrival times in free space.
+@dataclass(frozen=True)
+class Strip:
+    """A row of pictures: the fields of planners, by name, on a slice of an environment.
+
+    Attributes:
+        errors: as `errors` makes them, in the order of the fields.
+    """
+
+    title: str
+    where: Slice
+    fields: Mapping[str, Field]
+    errors: pd.DataFrame
+
+
+def draw(strips: Sequence[Strip], file: Path) -> None:
+    """One row an environment, one column a planner: colour is the predicted speed, lines are
+    arrival times in free space.
 
     Raises:
         InputError: the file cannot be written as an image.
     """
-    shape = len(where.axes[1]), len(where.axes[0])
-    finite = [f.times[where.free & np.isfinite(f.times)] for f in fields.values()]
-    levels = np.linspace(0, max(float(np.quantile(t, 0.99)) for t in finite), _CONTOURS)
+    columns = max(len(strip.fields) for strip in strips)
     with mpl.rc_context({"font.size": 9}):
-        figure = Figure(figsize=(3.2 * len(fields) + 0.8, 3.6), layout="constrained")
-        columns = np.atleast_1d(figure.subplots(1, len(fields)))
-        for axes, (name, field), row in zip(
-            columns, fields.items(), table.to_dict("records"), strict=True
-        ):
-            image = axes.pcolormesh(
-                *where.axes,
-                field.speeds.reshape(shape),
-                cmap=_COLOURS,
-                vmin=0,
-                vmax=1,
-                shading="nearest",
-                rasterized=True,
-            )
-            times = np.where(where.free, field.times, np.nan).reshape(shape)
-            axes.contour(*where.axes, times, levels, colors="white", linewidths=0.7)
-            axes.contour(
-                *where.axes, where.free.reshape(shape), [0.5], colors="black", linewidths=0.9
-            )
-            axes.plot(*where.source[:2], "r*", markersize=9)
-            axes.set_title(name)
-            axes.set_aspect("equal")
-            axes.set_xlabel(
-                f"T error: median {100 * row['T error median']:.1f} %,\n"
-                f"90th percentile {100 * row['T error 90th percentile']:.1f} %"
-            )
-        figure.colorbar(image, ax=list(columns), label="predicted speed", shrink=0.7)
+        size = (3.2 * columns + 0.8, 3.6 * len(strips))
+        figure = Figure(figsize=size, layout="constrained")
+        grid = figure.subplots(len(strips), columns, squeeze=False)
+        for axes in grid.flat:
+            axes.set_axis_off()
+        for row, strip in zip(grid, strips, strict=True):
+            image = _draw_strip(row, strip, named=len(strips) > 1)
+        figure.colorbar(image, ax=grid, label="predicted speed", shrink=0.7 / len(strips))
         try:
-            figure.savefig(file, dpi=150, bbox_inches="tight")
+            figure.savefig(file, dpi=150 if len(strips) == 1 else 100, bbox_inches="tight")
         except (OSError, ValueError) as error:
             raise InputError(f"cannot write {file}: {error}") from error
+
+
+def _draw_strip(row: Iterable[Axes], strip: Strip, named: bool) -> QuadMesh:
+    where = strip.where
+    shape = len(where.axes[1]), len(where.axes[0])
+    finite = [f.times[where.free & np.isfinite(f.times)] for f in strip.fields.values()]
+    levels = np.linspace(0, max(float(np.quantile(t, 0.99)) for t in finite), _CONTOURS)
+    for axes, (name, field), error in zip(
+        row, strip.fields.items(), strip.errors.to_dict("records"), strict=False
+    ):
+        image = axes.pcolormesh(
+            *where.axes,
+            field.speeds.reshape(shape),
+            cmap=_COLOURS,
+            vmin=0,
+            vmax=1,
+            shading="nearest",
+            rasterized=True,
+        )
+        times = np.where(where.free, field.times, np.nan).reshape(shape)
+        axes.contour(*where.axes, times, levels, colors="white", linewidths=0.7)
+        axes.contour(*where.axes, where.free.reshape(shape), [0.5], colors="black", linewidths=0.9)
+        axes.plot(*where.source[:2], "r*", markersize=9)
+        axes.set_axis_on()
+        axes.set_title(f"{strip.title}, {name}" if named else name)
+        axes.set_aspect("equal")
+        axes.set_xlabel(
+            f"T error: median {100 * error['T error median']:.1f} %,\n"
+            f"90th percentile {100 * error['T error 90th percentile']:.1f} %"
+        )
+    return image
 
 
 def _in_telling_plane(env: Environment) -> Array:

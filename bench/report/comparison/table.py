@@ -1,0 +1,189 @@
+"""How pairs of planners compare: tests, effects and verdicts, a row a pair and measure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from bench import record
+from bench.report.comparison.conditions import why_times_differ
+from bench.report.comparison.pairing import Pair, Side
+from bench.stats import (
+    Effect,
+    McNemar,
+    SignedRank,
+    discordant_share,
+    holm,
+    mcnemar,
+    ratio_of_medians,
+    signed_rank,
+)
+
+Flags = NDArray[np.bool_]
+
+SUCCESS = "success"
+
+CONFIDENCE = 0.95
+"""Of each interval, and of all verdicts of a table together."""
+
+COLUMNS = (
+    *("env", "env_fingerprint", "problems_seed", "folder_a", "planner_a", "folder_b", "planner_b"),
+    *("measure", "n", "value_a", "value_b", "only_a", "only_b"),
+    *("effect", "estimate", "low", "high", "p", "p_holm", "verdict", "reason"),
+)
+
+
+class Verdict(str, Enum):
+    """Of B, by A."""
+
+    BETTER = "better"
+    WORSE = "worse"
+    SAME = "same"  # no difference was shown
+    NOT_COMPARABLE = "not comparable"
+
+
+@dataclass(frozen=True)
+class Measure:
+    """Something measured of verified successes: its column in the records, whether more of it is
+    better, and why it does not compare between two sides (empty if it does)."""
+
+    column: str
+    more_is_better: bool
+    obstacle: Callable[[Side, Side], str] = lambda a, b: ""
+
+
+MEASURES = {
+    "time_s": Measure("solve_s", False, lambda a, b: why_times_differ(a.conditions, b.conditions)),
+    "length": Measure("length", False),
+    "safety_margin": Measure("safety_margin", True),
+}
+
+
+@dataclass(frozen=True)
+class _Finding:
+    """What was found of a pair by one measure. Without a test there is a reason why."""
+
+    measure: str
+    n: int
+    values: tuple[float, float]
+    test: McNemar | SignedRank | None = None
+    effect: Effect | None = None
+    reason: str = ""
+
+    @property
+    def p(self) -> float:
+        return math.nan if self.test is None else self.test.p_value
+
+    def verdict(self, p_holm: float) -> Verdict:
+        """A difference is shown if the test, corrected, and the effect's interval agree on it."""
+        if self.test is None or self.effect is None:
+            return Verdict.NOT_COMPARABLE
+        direction = self.test.direction
+        if p_holm > 1 - CONFIDENCE or self.effect.direction != direction or direction == 0:
+            return Verdict.SAME
+        more_is_better = self.measure == SUCCESS or MEASURES[self.measure].more_is_better
+        return Verdict.BETTER if (direction > 0) == more_is_better else Verdict.WORSE
+
+
+def compare(pairs: Sequence[Pair], *, seed: int = 0) -> pd.DataFrame:
+    """Compares A and B of each pair: four rows a pair, with these columns.
+
+    `measure` is "success", or one of `MEASURES` on the `n` problems that both solved. `value_a`
+    and `value_b` are success rates (of `n` problems), as fractions, or medians (seconds, and the
+    environment's unit). `only_a` and `only_b` count the problems that only one solved. `effect`
+    says what `estimate` is, and `low` and `high` the ends of its interval: "share", of those
+    problems, B's; "ratio", the medians' B by A; or "difference", B minus A, where a value is not
+    positive. `p` is McNemar's or the signed-rank test's, `p_holm` the same corrected for all
+    tests of the table.
+
+    `verdict` is of B, by A: better or worse if `p_holm` is at most 1 - CONFIDENCE and the
+    interval, too, is on that side; "same" means that no difference was shown. What does not
+    compare has no test, and its `reason`.
+
+    Args:
+        seed: of the bootstrap; a pair's numbers do not depend on the other pairs.
+    """
+    found = [(pair, f) for pair in pairs for f in _findings(pair, seed)]
+    corrected = holm([finding.p for _, finding in found])
+    rows = [
+        {
+            **_place(pair),
+            **_numbers(finding),
+            "p_holm": p_holm,
+            "verdict": finding.verdict(p_holm).value,
+            "reason": finding.reason,
+        }
+        for (pair, finding), p_holm in zip(found, corrected.tolist(), strict=True)
+    ]
+    table = pd.DataFrame(rows, columns=list(COLUMNS))
+    typed: pd.DataFrame = table.astype({"only_a": "Int64", "only_b": "Int64"})
+    return typed
+
+
+def _findings(pair: Pair, seed: int) -> list[_Finding]:
+    solved_a, solved_b = _solved(pair.a), _solved(pair.b)
+    both = solved_a & solved_b
+    measured = [_measured(name, pair, both, seed) for name in MEASURES]
+    return [_success(solved_a, solved_b), *measured]
+
+
+def _success(a: Flags, b: Flags) -> _Finding:
+    test = mcnemar(a, b)
+    effect = discordant_share(test.only_first, test.only_second, CONFIDENCE)
+    return _Finding(SUCCESS, len(a), (float(a.mean()), float(b.mean())), test, effect)
+
+
+def _measured(name: str, pair: Pair, both: Flags, seed: int) -> _Finding:
+    measure = MEASURES[name]
+    a, b = (side.attempts[measure.column].to_numpy(dtype=float)[both] for side in (pair.a, pair.b))
+    told = np.isfinite(a) & np.isfinite(b)  # a scene without obstacles has no margin
+    a, b = a[told], b[told]
+    if len(a) == 0:
+        reason = "it has no value there" if both.any() else "no problem was solved by both"
+        return _Finding(name, 0, (math.nan, math.nan), reason=reason)
+    medians = float(np.median(a)), float(np.median(b))
+    reason = measure.obstacle(pair.a, pair.b)
+    if reason:
+        return _Finding(name, len(a), medians, reason=reason)
+    effect = ratio_of_medians(a, b, seed=seed, confidence=CONFIDENCE)
+    return _Finding(name, len(a), medians, signed_rank(a, b), effect)
+
+
+def _solved(side: Side) -> Flags:
+    return (side.attempts["outcome"] == record.Verdict.VALID.value).to_numpy(dtype=bool)
+
+
+def _place(pair: Pair) -> dict[str, object]:
+    return {
+        "env": pair.env,
+        "env_fingerprint": pair.fingerprint,
+        "problems_seed": pair.seed,
+        "folder_a": pair.a.folder,
+        "planner_a": pair.a.planner,
+        "folder_b": pair.b.folder,
+        "planner_b": pair.b.planner,
+    }
+
+
+def _numbers(finding: _Finding) -> dict[str, object]:
+    """The columns from the measure to p."""
+    test, effect = finding.test, finding.effect
+    numbers: dict[str, object] = {
+        "measure": finding.measure,
+        "n": finding.n,
+        "value_a": finding.values[0],
+        "value_b": finding.values[1],
+        "p": finding.p,
+    }
+    if isinstance(test, McNemar):
+        numbers |= {"only_a": test.only_first, "only_b": test.only_second}
+    if effect is not None:
+        estimate, low, high = effect.estimate, effect.low, effect.high
+        numbers |= {"effect": effect.kind, "estimate": estimate, "low": low, "high": high}
+    return numbers
