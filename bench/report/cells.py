@@ -35,7 +35,7 @@ def success_rows(summary: pd.DataFrame) -> list[dict[str, str]]:
             "length": _spread(row, "length", 2),
             "safety margin": _spread(row, "safety_margin", 2),
             "offline s": number(row["offline_s"], 2),
-            "outcomes": _outcomes(row),
+            "outcomes": counted(outcomes(row)),
         }
         for row in summary.to_dict("records")
     ]
@@ -60,19 +60,23 @@ def number(value: float, digits: int) -> str:
     return "-" if pd.isna(value) else f"{value:.{digits}f}"
 
 
-def _outcomes(row: dict[Any, Any]) -> str:
-    counts = json.loads(row["status_counts"])
-    texts = [f"{name} {count}" for name, count in counts.items()]
+def outcomes(row: dict[Any, Any]) -> dict[str, str]:
+    """How often what came of attempts, of a row of the summary; success with another planner's
+    help is counted again."""
+    counts = {name: f"{count}" for name, count in json.loads(row["status_counts"]).items()}
     if not pd.isna(row["fallbacks"]):
-        texts.append(f"with fallback {row['fallbacks']:.0f}")
-    return ", ".join(texts)
+        counts["with fallback"] = f"{row['fallbacks']:.0f}"
+    return counts
+
+
+def counted(outcomes: dict[str, str]) -> str:
+    """Such counts as a cell."""
+    return ", ".join(f"{name} {count}" for name, count in outcomes.items())
 
 
 def _spread(row: dict[Any, Any], name: str, digits: int) -> str:
-    if pd.isna(row[f"{name}_mean"]):
-        return "-"
-    spread = number(row[f"{name}_std"], digits)
-    return f"{row[f'{name}_mean']:.{digits}f} ± {spread} ({row[f'{name}_median']:.{digits}f})"
+    mean, std, median = (number(row[f"{name}_{of}"], digits) for of in ("mean", "std", "median"))
+    return "-" if mean == "-" else f"{mean} ± {std} ({median})"
 
 
 def _percent(rate: float) -> str:

@@ -33,5 +33,6 @@ def table(rows: Sequence[dict[str, str]]) -> str:
     if not rows:
         return "(none)"
     aligned = ["right" if key in cells.NUMERIC else "left" for key in rows[0]]
-    text: str = pd.DataFrame(rows).to_markdown(index=False, colalign=aligned, disable_numparse=True)
+    escaped = pd.DataFrame(rows).map(lambda cell: cell.replace("|", r"\|"))
+    text: str = escaped.to_markdown(index=False, colalign=aligned, disable_numparse=True)
     return text

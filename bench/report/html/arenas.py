@@ -1,0 +1,80 @@
+"""A run's records, divided into what compares problem by problem."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import pandas as pd
+
+import envs
+from bench.record import NOT_ATTEMPTED
+from bench.report.recorded import RecordedRun
+from envs import Environment, InputError
+
+
+@dataclass(frozen=True)
+class Arena:
+    """The attempts at the same problems of one environment.
+
+    Attributes:
+        title: the environment's id, and the problems' seed where there is another one.
+        env, fingerprint: of the environment.
+        seed: of the problems.
+        records: the attempts.
+        time_limit_s: the longest of them had.
+    """
+
+    title: str
+    env: str
+    fingerprint: str
+    seed: int
+    records: pd.DataFrame
+    time_limit_s: float
+
+    @property
+    def planners(self) -> list[str]:
+        """In the tables' order."""
+        return [str(name) for name in self.records["planner"].unique()]
+
+    @property
+    def measured(self) -> pd.DataFrame:
+        """The attempts of which something was measured."""
+        tried: pd.DataFrame = self.records[~self.records["status"].isin(NOT_ATTEMPTED)]
+        return tried
+
+    @property
+    def problems(self) -> list[int]:
+        """The numbers of the problems."""
+        return sorted(int(number) for number in self.records["problem"].unique())
+
+    def world(self) -> Environment:
+        """The environment, made again.
+
+        Raises:
+            InputError: it cannot be, or is not what it was.
+        """
+        world = envs.make(self.env)
+        if world.fingerprint != self.fingerprint:
+            raise InputError(f"{self.env} is not what it was when this was measured")
+        return world
+
+
+def arenas_of(run: RecordedRun) -> list[Arena]:
+    """In the tables' order."""
+    return list(_arenas(run))
+
+
+def _arenas(run: RecordedRun) -> Iterator[Arena]:
+    limits = {
+        selection["settings_digest"]: float(selection["settings"]["time_limit_s"])
+        for selection in run.selections
+    }
+    keys = ["env", "env_fingerprint", "problems_seed"]
+    groups = [records for _, records in run.records.groupby(keys, sort=False)]
+    ids = [records["env"].iloc[0] for records in groups]
+    for env, records in zip(ids, groups, strict=True):
+        fingerprint, seed = (records[key].iloc[0] for key in keys[1:])
+        title = env if ids.count(env) == 1 else f"{env}, seed {seed}, {fingerprint}"
+        limit = max(limits[digest] for digest in records["settings"].unique())
+        yield Arena(title, env, fingerprint, int(seed), records, limit)

@@ -1,0 +1,108 @@
+"use strict";
+// The curves and distributions of an environment, drawn when the page itself is there.
+
+const WIDTH_ON_PAPER = 660; // of the narrower of A4 and Letter, in CSS pixels
+const planner = (curve) => report.planners[curve.planner];
+
+function lines(curves, more) {
+  return curves.map((curve) => ({
+    x: curve.x, y: curve.y, name: plain(planner(curve).name), mode: "lines",
+    line: { color: colourOf(planner(curve)), dash: planner(curve).dash, width: 2, shape: "hv" },
+    ...more,
+  }));
+}
+
+/** The area between both ends of an interval; where the upper one is infinite there is none. */
+function band({ planner: number, x, low, high }) {
+  const known = [...x.keys()].filter((i) => low[i] !== null && high[i] !== null);
+  const back = [...known].reverse();
+  return {
+    x: [...known, ...back].map((i) => x[i]),
+    y: [...known.map((i) => low[i]), ...back.map((i) => high[i])],
+    fill: "toself", mode: "none", fillcolor: colourOf(report.planners[number]), opacity: 0.16,
+    hoverinfo: "skip", showlegend: false,
+  };
+}
+
+function spreads(curves) {
+  return curves.map((curve) => ({
+    type: "box", x: curve.values, name: plain(planner(curve).name), orientation: "h",
+    boxpoints: curve.values.length > 500 ? "outliers" : "all", jitter: 0.6, pointpos: 0,
+    marker: { size: 3, opacity: 0.45, color: colourOf(planner(curve)) },
+    line: { width: 1.4, color: colourOf(planner(curve)) }, hoverinfo: "x",
+  }));
+}
+
+/** A logarithmic axis for some times: a label a decade, or more where there are few decades. */
+function seconds(curves, of) {
+  const times = curves.flatMap((curve) => curve[of]);
+  const decades = Math.log10(times.reduce((a, b) => Math.max(a, b), 0) / times.reduce((a, b) => Math.min(a, b), Infinity));
+  return { title: { text: "seconds" }, type: "log", tickformat: "~g", dtick: decades > 1.5 ? 1 : "D2" };
+}
+
+const SIDEWAYS = { autorange: "reversed", automargin: true, fixedrange: true };
+const CHARTS = {
+  solved: (arena) => [
+    lines(arena.solved, { hovertemplate: "%{y:.1%} by %{x:.3~g} s" }),
+    { xaxis: seconds(arena.solved, "x"), yaxis: { title: { text: "share solved" }, range: [-0.02, 1.02], tickformat: ".0%" } },
+  ],
+  costs: (arena) => [
+    [...arena.costs.map(band), ...lines(arena.costs, { hovertemplate: "%{y:.4~g} by %{x:.3~g} s" })],
+    { xaxis: seconds(arena.costs, "x"), yaxis: { title: { text: "path length" } } },
+  ],
+  time: (arena) => [
+    spreads(arena.time),
+    { xaxis: seconds(arena.time, "values"), yaxis: SIDEWAYS, showlegend: false },
+  ],
+  length: (arena) => [
+    spreads(arena.length),
+    { xaxis: { title: { text: "path length" } }, yaxis: SIDEWAYS, showlegend: false },
+  ],
+  margin: (arena) => [
+    spreads(arena.margin),
+    { xaxis: { title: { text: "safety margin" } }, yaxis: SIDEWAYS, showlegend: false },
+  ],
+};
+
+async function drawChart(place) {
+  const Plotly = await plotly();
+  const arena = report.arenas[place.closest("[data-arena]").dataset.arena];
+  const [traces, layout] = CHARTS[place.dataset.chart](arena);
+  const axis = { gridcolor: "#888", zeroline: false, showline: false };
+  await Plotly.react(place, traces, {
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", autosize: true,
+    height: layout.showlegend === false ? 120 + 34 * Math.max(traces.length, 4) : 400,
+    margin: { l: 56, r: 12, t: 8, b: 44 }, dragmode: false,
+    font: { family: "system-ui, sans-serif", size: 12 },
+    showlegend: true, legend: { orientation: "h", y: -0.2, yanchor: "top" },
+    hoverlabel: { namelength: -1 },
+    ...layout,
+    xaxis: { ...axis, ...layout.xaxis }, yaxis: { ...axis, ...layout.yaxis },
+  }, { ...MODE_BAR, displayModeBar: false });
+  place.dataset.drawn = "yes";
+}
+
+const allCharts = () => [...document.querySelectorAll(".chart")];
+const drawnCharts = () => allCharts().filter((place) => place.dataset.drawn);
+const whenIdle = () => new Promise((resolve) => (window.requestIdleCallback ?? setTimeout)(resolve));
+
+/** Draws the charts one by one, so that the page answers in between; what is hidden has no width
+ *  to be drawn in and waits for the next call. */
+async function drawCharts() {
+  for (const place of allCharts()) {
+    await whenIdle();
+    if (!place.dataset.drawn && place.offsetWidth) await drawChart(place);
+  }
+  performance.mark("charts");
+}
+
+/** Colours follow the theme; on paper charts are as wide as the page. */
+function followSurroundings() {
+  isDark.addEventListener("change", () => drawnCharts().forEach(drawChart));
+  addEventListener("beforeprint", () => {
+    drawnCharts().forEach((place) => window.Plotly.relayout(place, { width: WIDTH_ON_PAPER }));
+  });
+  addEventListener("afterprint", () => {
+    drawnCharts().forEach((place) => window.Plotly.relayout(place, { width: null, autosize: true }));
+  });
+}

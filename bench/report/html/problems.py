@@ -1,0 +1,125 @@
+"""The problems of an environment as JSON data: the scene, and each attempt with its path."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from bench.record import Verdict, decode_path
+from bench.report import cells
+from bench.report.html.arenas import Arena
+from bench.report.html.contact import first_contact
+from bench.report.html.geometry import Scene, drawable, scene_of
+from envs import Environment, InputError
+from envs.collision.fcl_model import CollisionModel
+from envs.problem import Array
+
+COLUMNS = {
+    "solve_s": ("time s", 4),
+    "length": ("length", 3),
+    "safety_margin": ("safety margin", 3),
+    "travel_time": ("travel time", 3),
+    "smoothness": ("smoothness", 3),
+    "waypoints": ("waypoints", 0),
+    "collision_checks": ("collision checks", 0),
+    "peak_memory_mb": ("memory MB", 0),
+}
+"""An attempt's numbers: columns of the record to their titles and decimals."""
+
+
+def problems_data(arena: Arena) -> dict[str, Any]:
+    """What the pages of an arena's problems show.
+
+    `scene` is as of `Scene.data`, None where there is no way to show it: `why` says so then.
+    `problems` maps the number of each to its `start` and `goal` (3,), where they are known, and to
+    its `attempts`, each with `planner` (its number among the arena's), `outcome`, `texts` (one for
+    each of `COLUMNS`), `error`, and where there is a path to show `drawn` (see `Scene.drawn`), and
+    of one that collides `contact`: where first, as `drawn` and as a `share` of its length.
+    """
+    try:
+        world = arena.world()
+    except InputError as error:
+        return _Plain(arena).data(f"The scene cannot be shown: {error}")
+    scene = scene_of(world)
+    if scene is None:
+        return _Plain(arena).data(
+            f"Only arms and 3-D environments can be shown, not {world.dimension}-D ones"
+        )
+    return _Shown(arena, world, scene).data()
+
+
+class _Plain:
+    """Problems of which nothing can be drawn."""
+
+    def __init__(self, arena: Arena) -> None:
+        self._arena = arena
+        self._numbers = {planner: number for number, planner in enumerate(arena.planners)}
+
+    def data(self, why: str) -> dict[str, Any]:
+        return {
+            "scene": None,
+            "why": why,
+            "problems": {
+                number: {"attempts": [self._attempt(row) for row in rows.to_dict("records")]}
+                for number, rows in self._arena.records.groupby("problem")
+            },
+        }
+
+    def _attempt(self, row: dict[Any, Any]) -> dict[str, Any]:
+        texts = [cells.number(row[column], digits) for column, (_, digits) in COLUMNS.items()]
+        return {
+            "planner": self._numbers[row["planner"]],
+            "outcome": row["outcome"],
+            "texts": texts,
+            "error": row["error"],
+        }
+
+
+class _Shown(_Plain):
+    """Problems whose paths are drawn in their world."""
+
+    def __init__(self, arena: Arena, world: Environment, scene: Scene) -> None:
+        super().__init__(arena)
+        self._world, self._scene = world, scene
+        self._ends = self._known_ends()
+
+    def data(self, why: str = "") -> dict[str, Any]:
+        data = {**super().data(why), "scene": self._scene.data()}
+        for number, problem in data["problems"].items():
+            start, goal = self._scene.points(self._ends[number])
+            problem.update(start=start.tolist(), goal=goal.tolist())
+        return data
+
+    def _known_ends(self) -> dict[int, Array]:
+        """Start and goal (2, d) of each problem: the ends of a path that the judge took for one of
+        it; problems without such paths are made again, which may take a while."""
+        ends = {}
+        known = self._arena.records[
+            self._arena.records["verdict"].isin([Verdict.VALID.value, Verdict.COLLISION.value])
+        ]
+        for row in known.to_dict("records"):
+            if row["path"] is not None:
+                ends[row["problem"]] = decode_path(row["path"])[[0, -1]]
+        missing = [number for number in self._arena.problems if number not in ends]
+        if missing:
+            made = self._world.sample_problems(max(missing) + 1, self._arena.seed)
+            ends.update({n: np.stack([made[n].start, made[n].goal]) for n in missing})
+        return ends
+
+    def _attempt(self, row: dict[Any, Any]) -> dict[str, Any]:
+        attempt = super()._attempt(row)
+        path = None if row["path"] is None else decode_path(row["path"])
+        if path is None or not drawable(self._world, path):
+            return attempt
+        attempt["drawn"] = self._scene.drawn(path)
+        if row["verdict"] == Verdict.COLLISION.value:
+            place = first_contact(self._model, path)
+            drawn = self._scene.drawn(place.q[None])
+            attempt["contact"] = {"share": place.share, "drawn": drawn}
+        return attempt
+
+    @cached_property
+    def _model(self) -> CollisionModel:
+        return self._world.collision_model()
