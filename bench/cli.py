@@ -162,6 +162,13 @@ def _add_report(subparsers: Any) -> None:
     parser.add_argument(
         "--format", default="md,csv", help=f"of {','.join(files.FORMATS)} (default: md,csv)"
     )
+    parser.add_argument(
+        "--spread",
+        type=_spread,
+        default="deviation",
+        metavar="deviation|variance",
+        help="what stands after the ± of means (default: deviation)",
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", help="(default: the run's own)")
 
 
@@ -221,6 +228,13 @@ def _add_field(subparsers: Any) -> None:
     add("--device", default="cpu", help="of learned planners, cpu or cuda (default: cpu)")
     add("--no-train", action="store_true", help="refuse learned planners that have no weights")
     add("--out", type=Path, required=True, metavar="FILE.png")
+
+
+def _spread(text: str) -> str:
+    known = {"deviation": "std", "variance": "var"}
+    if text not in known:
+        raise argparse.ArgumentTypeError(f"unknown {text!r}; {suggestion(text, known)}")
+    return known[text]
 
 
 def _numbers(text: str) -> Any:

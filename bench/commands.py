@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import signal
 import sys
@@ -65,7 +66,7 @@ def report(chosen: argparse.Namespace) -> int:
     runs = [RecordedRun.read(folder) for folder in chosen.dirs]
     if chosen.out is not None:
         runs = [RecordedRun.joined(runs)]
-    for run in runs:
+    for run in (dataclasses.replace(run, spread=chosen.spread) for run in runs):
         files.write(run, chosen.out or run.folders[0], formats)
         print(markdown.text(run))
     return DONE

@@ -13,17 +13,23 @@ Rows = list[dict[str, str]]
 Tables = tuple[Rows, Rows]
 """All attempts, and commonly solved problems."""
 
-PRINTED = {
-    "problems": (1, 0, ["problems"]),
-    "success %": (100, 1, ["success_rate", "success_low", "success_high"]),
-    "time s": (1, 3, ["time_s_mean", "time_s_std", "time_s_median"]),
-    "length": (1, 2, ["length_mean", "length_std", "length_median"]),
-    "safety margin": (1, 2, [f"safety_margin_{what}" for what in ("mean", "std", "median")]),
-    "offline s": (1, 2, ["offline_s"]),
-}
+Printed = dict[str, tuple[int, int, list[str]]]
 """Titles to a factor, digits, and columns of the CSV file."""
 
-COMMON = {
+
+def printed(spread: str) -> Printed:
+    """What the table of all attempts shows, with this after each ±."""
+    return {
+        "problems": (1, 0, ["problems"]),
+        "success %": (100, 1, ["success_rate", "success_low", "success_high"]),
+        "time s": (1, 3, [f"time_s_{what}" for what in ("mean", spread, "median")]),
+        "length": (1, 2, [f"length_{what}" for what in ("mean", spread, "median")]),
+        "safety margin": (1, 2, [f"safety_margin_{what}" for what in ("mean", spread, "median")]),
+        "offline s": (1, 2, ["offline_s"]),
+    }
+
+
+COMMON: Printed = {
     "n": (1, 0, ["problems"]),
     "length": (1, 2, ["length_mean"]),
     "safety margin": (1, 2, ["safety_margin_mean"]),
@@ -66,6 +72,6 @@ def of_html(text: str) -> Tables:
     for table in lxml_html.document_fromstring(text).iter("table"):
         lines = [[cell.text_content().strip() for cell in line] for line in table.iter("tr")]
         tables.append([dict(zip(lines[0], line, strict=True)) for line in lines[1:]])
-    [success] = [rows for rows in tables if rows and set(PRINTED) <= set(rows[0])]
+    [success] = [rows for rows in tables if rows and set(printed("std")) <= set(rows[0])]
     [common] = [rows for rows in tables if rows and set(COMMON) <= set(rows[0])]
     return success, common

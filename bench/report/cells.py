@@ -13,17 +13,27 @@ import pandas as pd
 NUMERIC = ("problems", "n", "offline s")
 """Columns to set flush right."""
 
-SUCCESS_NOTE = (
-    "Time, length and safety margin are over verified successes: mean ± standard deviation "
-    "(median). Success is of all attempts, with the 95 % Wilson interval. Offline is setup, "
-    "and training of the weights in use."
-)
+SPREADS = {"std": "standard deviation", "var": "variance"}
+"""What may stand after the ± of a mean, by the end of its column's name in the summary; the paper
+has variances there."""
 
 COMMON_NOTE = "On the problems that every planner solved:"
 
 
-def success_rows(summary: pd.DataFrame) -> list[dict[str, str]]:
-    """The main table, column names to cells; see `bench.report.summary.summarise`."""
+def success_note(spread: str) -> str:
+    """What the main table's numbers are."""
+    return (
+        f"Time, length and safety margin are over verified successes: mean ± {SPREADS[spread]} "
+        "(median). Success is of all attempts, with the 95 % Wilson interval. Offline is setup, "
+        "and training of the weights in use."
+    )
+
+
+def success_rows(summary: pd.DataFrame, spread: str) -> list[dict[str, str]]:
+    """The main table, column names to cells; see `bench.report.summary.summarise`.
+
+    `spread` is one of `SPREADS`.
+    """
     return [
         {
             "env": row["env"],
@@ -31,9 +41,9 @@ def success_rows(summary: pd.DataFrame) -> list[dict[str, str]]:
             "problems": f"{row['problems']}",
             "success %": f"{_percent(row['success_rate'])} "
             f"[{_percent(row['success_low'])}, {_percent(row['success_high'])}]",
-            "time s": _spread(row, "time_s", 3),
-            "length": _spread(row, "length", 2),
-            "safety margin": _spread(row, "safety_margin", 2),
+            "time s": _moments(row, "time_s", spread, 3),
+            "length": _moments(row, "length", spread, 2),
+            "safety margin": _moments(row, "safety_margin", spread, 2),
             "offline s": number(row["offline_s"], 2),
             "outcomes": counted(outcomes(row)),
         }
@@ -74,9 +84,11 @@ def counted(outcomes: dict[str, str]) -> str:
     return ", ".join(f"{name} {count}" for name, count in outcomes.items())
 
 
-def _spread(row: dict[Any, Any], name: str, digits: int) -> str:
-    mean, std, median = (number(row[f"{name}_{of}"], digits) for of in ("mean", "std", "median"))
-    return "-" if mean == "-" else f"{mean} ± {std} ({median})"
+def _moments(row: dict[Any, Any], name: str, spread: str, digits: int) -> str:
+    mean, around, median = (
+        number(row[f"{name}_{of}"], digits) for of in ("mean", spread, "median")
+    )
+    return "-" if mean == "-" else f"{mean} ± {around} ({median})"
 
 
 def _percent(rate: float) -> str:

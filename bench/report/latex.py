@@ -71,8 +71,8 @@ def write(run: RecordedRun, file: Path) -> None:
 def text(run: RecordedRun) -> str:
     """Both tables: all attempts (`tab:success`), and the commonly solved problems (`tab:common`).
     Outcomes other than success are told below the first. A table without rows is left out."""
-    notes = " ".join([escaped(cells.SUCCESS_NOTE), *_other_outcomes(run.summary)])
-    success = [_without_outcomes(row) for row in cells.success_rows(run.summary)]
+    notes = " ".join([escaped(cells.success_note(run.spread)), *_other_outcomes(run.summary)])
+    success = [_without_outcomes(row) for row in cells.success_rows(run.summary, run.spread)]
     tables = [
         _float("success", f"{_SUCCESS} {_prose(run.caption)}", success, notes),
         _float("common", _COMMON, cells.common_rows(run.common), ""),

@@ -20,8 +20,8 @@ def text(run: RecordedRun) -> str:
     """Both tables with their captions: all attempts, and the commonly solved problems."""
     parts = [
         run.caption,
-        table(cells.success_rows(run.summary)),
-        cells.SUCCESS_NOTE,
+        table(cells.success_rows(run.summary, run.spread)),
+        cells.success_note(run.spread),
         cells.COMMON_NOTE,
         table(cells.common_rows(run.common)),
     ]

@@ -25,12 +25,14 @@ class RecordedRun:
         records: one row an attempt, with the columns of `bench.record.Record`; ordered by
             environment, planner (as asked for) and problem.
         sessions: when, where and at what cost it was measured, oldest first.
+        spread: what stands after the ± of a mean in its tables; see `bench.report.cells.SPREADS`.
     """
 
     folders: tuple[Path, ...]
     selections: tuple[dict[str, Any], ...]
     records: pd.DataFrame
     sessions: tuple[dict[str, Any], ...]
+    spread: str = "std"
 
     @staticmethod
     def of(store: Store, folder: Path) -> RecordedRun:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from bench.record import NOT_ATTEMPTED, Verdict
-from bench.stats import wilson_interval
+from bench.stats import censored_median, wilson_interval
 
 COLUMNS = (
     "env",
@@ -20,12 +20,16 @@ COLUMNS = (
     "success_high",
     "time_s_mean",
     "time_s_std",
+    "time_s_var",
     "time_s_median",
+    "time_s_median_censored",
     "length_mean",
     "length_std",
+    "length_var",
     "length_median",
     "safety_margin_mean",
     "safety_margin_std",
+    "safety_margin_var",
     "safety_margin_median",
     "setup_s",
     "train_s",
@@ -40,11 +44,11 @@ _MEASURED = {"time_s": "solve_s", "length": "length", "safety_margin": "safety_m
 def summarise(records: pd.DataFrame, order: Sequence[tuple[str, str]]) -> pd.DataFrame:
     """Success with its 95 % Wilson interval, and what verified successes cost.
 
-    Means, (sample) standard deviations and medians are over verified successes; rates over all
-    attempts. `status_counts` is JSON: how many attempts had each outcome. `setup_s` is the
-    longest, since a restarted process sets up again; `offline_s` adds training to it. `fallbacks`
-    counts the verified successes that needed another planner's help, of planners whose `stats` say
-    so.
+    Means, (sample) standard deviations and variances, and medians are over verified successes;
+    rates over all attempts, and so is `time_s_median_censored`, in which a failure takes for ever.
+    `status_counts` is JSON: how many attempts had each outcome. `setup_s` is the longest, since a
+    restarted process sets up again; `offline_s` adds training to it. `fallbacks` counts the
+    verified successes that needed another planner's help, of planners whose `stats` say so.
 
     Args:
         records: rows of the store.
@@ -62,7 +66,8 @@ def summarise(records: pd.DataFrame, order: Sequence[tuple[str, str]]) -> pd.Dat
 
 
 def _row(env: str, planner: str, records: pd.DataFrame) -> dict[str, object]:
-    solved = records[records["outcome"] == Verdict.VALID.value]
+    successes = records["outcome"] == Verdict.VALID.value
+    solved = records[successes]
     low, high = wilson_interval(len(solved), len(records))
     row: dict[str, object] = {
         "env": env,
@@ -78,11 +83,12 @@ def _row(env: str, planner: str, records: pd.DataFrame) -> dict[str, object]:
         + records["train_s"].astype(float).max(),
         "status_counts": json.dumps(records["outcome"].value_counts().to_dict()),
         "fallbacks": _fallbacks(solved),
+        "time_s_median_censored": censored_median(records["solve_s"].astype(float), successes),
     }
     for name, column in _MEASURED.items():
         values = solved[column].astype(float)
         row[f"{name}_mean"] = values.mean()
-        row[f"{name}_std"] = values.std()
+        row[f"{name}_std"], row[f"{name}_var"] = values.std(), values.var()
         row[f"{name}_median"] = values.median()
     return row
 

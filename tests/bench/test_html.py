@@ -91,7 +91,7 @@ def test_numbers_in_the_page_are_the_tables_own(tmp_path: Path) -> None:
     html.write(run, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     printed = [unescape(t) for t in re.findall(r'<span class="text">(.*?)</span>', page)]
-    wanted = [*cells.success_rows(run.summary), *cells.common_rows(run.common)]
+    wanted = [*cells.success_rows(run.summary, run.spread), *cells.common_rows(run.common)]
     assert printed[: sum(map(len, wanted))] == [text for one in wanted for text in one.values()]
 
 

@@ -58,7 +58,7 @@ def overfull_points(log: str) -> float:
 def test_both_tables_say_what_the_cells_say() -> None:
     run = recorded(ROWS)
     tables = tex_reader.tables(latex.text(run))
-    expected = cells.success_rows(run.summary)
+    expected = cells.success_rows(run.summary, run.spread)
     for cell in expected:
         del cell["outcomes"]
     assert tables == {"success": expected, "common": cells.common_rows(run.common)}

@@ -8,6 +8,7 @@ import shutil
 import sqlite3
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 
@@ -17,11 +18,22 @@ from conftest import Cli, Refused
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from records import recorded, row
-from report_reader import COMMON, PRINTED, Rows, Tables, exact_rows, of_html, of_latex, of_markdown
+from report_reader import (
+    COMMON,
+    Printed,
+    Rows,
+    Tables,
+    exact_rows,
+    of_html,
+    of_latex,
+    of_markdown,
+    printed,
+)
 
 from bench import cli
 from bench.record import COLUMNS, Record
 from bench.report import csv_table, files, latex, markdown
+from bench.report.cells import SPREADS
 from bench.report.html import tables as html_tables
 from bench.report.recorded import RecordedRun
 from bench.report.summary import COLUMNS as SUMMARY
@@ -30,27 +42,27 @@ from bench.store import Store
 NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf)|-")
 
 
-def assert_rounded(printed: str, exact: str, factor: int, digits: int) -> None:
+def assert_rounded(shown: str, exact: str, factor: int, digits: int) -> None:
     """A printed number is one of the CSV file's, rounded as Python does."""
     if exact == "":
-        assert printed == "-"
+        assert shown == "-"
         return
-    assert printed == f"{factor * float(exact):.{digits}f}"
+    assert shown == f"{factor * float(exact):.{digits}f}"
     if "inf" not in exact:
-        off = abs(Decimal(printed) - factor * Decimal(exact))
+        off = abs(Decimal(shown) - factor * Decimal(exact))
         # Multiplying by 100 may itself be off, by the last bit.
         assert off <= Decimal("0.5") / 10**digits + abs(Decimal(exact)) * Decimal("1e-13")
 
 
-def assert_agree(rows: Rows, exact: Rows, columns: dict[str, tuple[int, int, list[str]]]) -> None:
+def assert_agree(rows: Rows, exact: Rows, columns: Printed) -> None:
     """Every number in the cells of a table is one of the CSV file's, rounded."""
     for cells, numbers in zip(rows, exact, strict=True):
         assert (cells["env"], cells["planner"]) == (numbers["env"], numbers["planner"])
         for title, (factor, digits, names) in columns.items():
             # Where there is no mean, there is nothing at all.
             wanted = names[: 1 if numbers[names[0]] == "" else None]
-            printed = NUMBER.findall(cells[title])
-            for text, name in zip(printed, wanted, strict=True):
+            shown = NUMBER.findall(cells[title])
+            for text, name in zip(shown, wanted, strict=True):
                 assert_rounded(text, numbers[name], factor, digits)
 
 
@@ -66,7 +78,10 @@ def in_html(run: RecordedRun) -> Tables:
     """Both tables as the page shows them."""
     success, common = (
         [dict(zip(table.titles, [cell.text for cell in line], strict=True)) for line in table.rows]
-        for table in (html_tables.success_table(run.summary), html_tables.common_table(run.common))
+        for table in (
+            html_tables.success_table(run.summary, run.spread),
+            html_tables.common_table(run.common),
+        )
     )
     return success, common
 
@@ -103,7 +118,8 @@ def reported(draw: st.DrawFn) -> RecordedRun:
         made |= {"status_counts": json.dumps(draw(counts))}
         made |= {"fallbacks": draw(st.none() | st.integers(0, 999))}
         summary.append(made)
-    run = recorded([row("a", 0, "TIMEOUT")])
+    spread = draw(st.sampled_from(sorted(SPREADS)))
+    run = replace(recorded([row("a", 0, "TIMEOUT")]), spread=spread)
     table = pd.DataFrame(summary, columns=list(SUMMARY))
     # What is computed once may be given instead.
     vars(run).update(summary=table, common=table)
@@ -120,7 +136,7 @@ def test_any_numbers_are_rounded_alike(
     csv_table.write(run, csv)
     exact = exact_rows(csv)
     success, common = MADE[name](run)
-    assert_agree(success, exact, PRINTED)
+    assert_agree(success, exact, printed(run.spread))
     assert_agree(common, exact, COMMON)
 
 
@@ -150,18 +166,21 @@ def stored(folder: Path, env: str, *planners: str) -> Path:
     return folder
 
 
+@pytest.mark.parametrize(("spread", "word"), [("std", "standard deviation"), ("var", "variance")])
 def test_the_numbers_of_a_run_agree_in_all_formats(
-    finished: Path, bench: Cli, tmp_path: Path
+    spread: str, word: str, finished: Path, bench: Cli, tmp_path: Path
 ) -> None:
-    code, _, err = bench("report", finished, "--format", ",".join(files.FORMATS), "--out", tmp_path)
+    options = "--format", ",".join(files.FORMATS), "--spread", word.split()[-1]
+    code, out, err = bench("report", finished, *options, "--out", tmp_path)
     assert (code, err) == (0, "")
+    assert f"mean ± {word} (median)" in out
     assert {path.name for path in tmp_path.iterdir()} == {f.file for f in files.FORMATS.values()}
     exact = exact_rows(tmp_path / "summary.csv")
     assert exact == exact_rows(finished / "summary.csv")
     common = RecordedRun.read(finished).common.astype(str).to_dict("records")
     for name, read in READ.items():
         tables = read((tmp_path / files.FORMATS[name].file).read_text(encoding="utf-8"))
-        assert_agree(tables[0], exact, PRINTED)
+        assert_agree(tables[0], exact, printed(spread))
         assert_agree(tables[1], common, COMMON)
         for cells, numbers in zip(tables[0], exact, strict=True):
             counts = counted(numbers)
@@ -203,7 +222,7 @@ def test_two_runs_become_one_report(bench: Cli, tmp_path: Path) -> None:
         of_markdown((tmp_path / "rep/summary.md").read_text(encoding="utf-8")),
         of_latex((tmp_path / "rep/summary.tex").read_text(encoding="utf-8")),
     ):
-        assert_agree(success, exact, PRINTED)
+        assert_agree(success, exact, printed("std"))
     with closing(sqlite3.connect(tmp_path / "rep/planner_arena.db")) as connection:
         experiments = connection.execute("SELECT name FROM experiments").fetchall()
     assert experiments == [("c3d",), ("box",)]

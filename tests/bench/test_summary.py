@@ -35,6 +35,9 @@ def test_summary_by_hand() -> None:
     assert (a["success_low"], a["success_high"]) == wilson_interval(2, 3)
     assert a["time_s_mean"] == 2, "failures are in no mean"
     assert a["time_s_std"] == pytest.approx(2**0.5)
+    assert a["time_s_median_censored"] == 3, "a failure takes for ever"
+    assert np.isposinf(table.loc["b", "time_s_median_censored"]), "more than half failed"
+    assert (a["time_s_var"], a["length_var"]) == (2, 50)
     assert a["length_median"] == 15
     assert a["safety_margin_mean"] == 1
     assert json.loads(a["status_counts"]) == {"VALID": 2, "COLLISION": 1}

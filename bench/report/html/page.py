@@ -50,7 +50,7 @@ def text(run: RecordedRun) -> str:
         data=data,
         packages=[compressed(_json(problems_data(arena))) for arena in arenas],
         plotly=compressed(get_plotlyjs()),
-        success=success_table(run.summary),
+        success=success_table(run.summary, run.spread),
         common=common_table(run.common),
         offline=offline_table(run.summary),
         facts=facts_of(run),

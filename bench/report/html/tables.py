@@ -46,9 +46,9 @@ class Table:
     rows: list[list[Cell]]
 
 
-def success_table(summary: pd.DataFrame) -> Table:
+def success_table(summary: pd.DataFrame, spread: str) -> Table:
     """The main table; see `bench.report.cells.success_rows`."""
-    return _table(cells.success_rows(summary), summary)
+    return _table(cells.success_rows(summary, spread), summary)
 
 
 def common_table(common: pd.DataFrame) -> Table:
