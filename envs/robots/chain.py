@@ -14,9 +14,7 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
 from envs.kernels import kernel
 from envs.problem import Array
@@ -94,21 +92,6 @@ class Chain:
         poses = np.zeros((len(configurations), len(bodies), 4, 4))
         _forward(self.view, configurations, bodies, offsets, poses)
         return poses
-
-    def forward_torch(self, q: Tensor) -> Tensor:
-        """The same in PyTorch, of any type and device, with gradients."""
-        if q.ndim != 2 or q.shape[1] != self.dimension:
-            raise ValueError(f"configurations must be (n, {self.dimension}), not {tuple(q.shape)}")
-        body = torch.eye(4, dtype=q.dtype, device=q.device).expand(len(q), 4, 4)
-        bodies = [body]
-        for joint, value in zip(self.joints, q.T, strict=True):
-            origin = torch.tensor(joint.origin).to(q)
-            body = body @ origin @ _joint_torch(joint, value)
-            bodies.append(body)
-        offsets = [torch.tensor(link.offset).to(q) for link in self.links]
-        return torch.stack(
-            [bodies[link.body] @ at for link, at in zip(self.links, offsets, strict=True)], dim=1
-        )
 
     @cached_property
     def _link_arrays(self) -> tuple[NDArray[np.int64], Array]:
@@ -194,17 +177,3 @@ def _forward(chain: Any, q: Any, bodies: Any, offsets: Any, poses: Any) -> None:
         for link in range(len(bodies)):
             compose(at_body[bodies[link]], offsets[link], poses[n, link])
             poses[n, link, 3, 3] = 1.0
-
-
-def _joint_torch(joint: Joint, value: Tensor) -> Tensor:
-    """Poses (n, 4, 4) of a joint's body in the joint's frame, for values (n,)."""
-    axis = torch.tensor(joint.axis).to(value)
-    pose = torch.eye(4, dtype=value.dtype, device=value.device).repeat(len(value), 1, 1)
-    if joint.prismatic:
-        pose[:, :3, 3] = value[:, None] * axis
-        return pose
-    x, y, z = joint.axis.tolist()
-    cross = torch.tensor([[0, -z, y], [z, 0, -x], [-y, x, 0]], dtype=value.dtype).to(value.device)
-    c, s = value.cos()[:, None, None], value.sin()[:, None, None]
-    turned = c * torch.eye(3).to(value) + s * cross + (1 - c) * torch.outer(axis, axis)
-    return torch.cat([torch.cat([turned, pose[:, :3, 3:]], dim=2), pose[:, 3:]], dim=1)

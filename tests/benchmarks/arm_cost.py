@@ -16,7 +16,7 @@ import torch
 import envs
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
-from envs.robots import arm_clearance
+from envs.robots import arm_clearance, chain_torch
 from envs.scenes.arm_world import ArmWorld
 
 MILLION = 1_000_000
@@ -31,7 +31,7 @@ def main(text: str) -> None:
     chain = env.robot.chain
 
     def forward_torch(q: Array) -> None:
-        chain.forward_torch(torch.from_numpy(q).float())
+        chain_torch.forward(chain, torch.from_numpy(q).float())
 
     in_bulk(env, "forward kinematics, compiled", chain.forward, MILLION)
     in_bulk(env, "forward kinematics, PyTorch", forward_torch, MILLION)

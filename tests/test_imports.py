@@ -1,0 +1,24 @@
+"""What is imported where: large libraries cost those alone who use them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+LARGE = ("torch", "matplotlib", "plotly", "skfmm")
+
+TEXT = f"""
+import sys
+import bench.cli
+import envs, planners
+world = envs.make("arm4")
+planners.make("rrtconnect").setup(world, seed=0)
+print(*[name for name in {LARGE} if name in sys.modules])
+"""
+
+
+def test_sampling_planners_do_without_large_libraries() -> None:
+    """Their processes would start a second later, and take 200 MB more that counts as theirs."""
+    done = subprocess.run([sys.executable, "-c", TEXT], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == ""
