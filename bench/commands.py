@@ -12,15 +12,17 @@ from typing import Any
 
 import envs
 import planners
-from bench import measuring, training
+from bench import conformance, gate, measuring, training
+from bench import replay as replaying
 from bench.report import comparison, files, markdown, summary
 from bench.report.recorded import RecordedRun
-from bench.suite import make_suite, on_device
+from bench.suite import check_range, make_suite, on_device
 from envs import InputError
 from envs.registry import Registry
 from envs.scenes.arm_world import ArmWorld
 
-DONE, NOTHING_MEASURED = 0, 3
+DONE, REGRESSION, NOTHING_MEASURED = 0, 1, 3
+FAILED = DIFFERENT = 1
 
 
 def run(chosen: argparse.Namespace) -> int:
@@ -85,6 +87,45 @@ def compare(chosen: argparse.Namespace) -> int:
     return DONE
 
 
+def check(chosen: argparse.Namespace) -> int:
+    """`bench check`."""
+    wanted = gate.Wanted.parse(
+        alpha=chosen.alpha,
+        ratios=chosen.ratios,
+        reference=chosen.reference,
+        tolerance=chosen.tolerance,
+        update=chosen.update,
+    )
+    file: Path = chosen.baseline
+    now = gate.Baseline.of(RecordedRun.read(chosen.dir), wanted.measures)
+    wanted = wanted.of(now, str(chosen.dir))
+    if chosen.update:
+        return _update(now.attempted, file, chosen.out)
+    before = gate.read(file)
+    found = gate.check(before, now, wanted.of(before, str(file)))
+    _tell(gate.text(found, chosen.dir, file), chosen.out)
+    if not found.findings:
+        return NOTHING_MEASURED
+    return REGRESSION if found.regressions else DONE
+
+
+def _update(now: gate.Baseline, file: Path, out: Path | None) -> int:
+    """`bench check --update`."""
+    if not now.rows:
+        print("nothing was measured; no baseline is written", file=sys.stderr)
+        return NOTHING_MEASURED
+    before = gate.read(file) if file.exists() else None
+    gate.write(now, file)
+    _tell(gate.changes(before, now, file), out)
+    return DONE
+
+
+def _tell(text: str, out: Path | None) -> None:
+    if out is not None:
+        gate.write_text(text, out)
+    print(text)
+
+
 def show(chosen: argparse.Namespace) -> int:
     """`bench show`."""
     # Matplotlib takes a second, which only this command needs.
@@ -146,6 +187,29 @@ def paper(chosen: argparse.Namespace) -> int:
     return DONE
 
 
+def test_planner(chosen: argparse.Namespace) -> int:
+    """`bench test-planner`."""
+    check_range("--time-limit", chosen.time_limit, 0.001, 86_400)
+    env = envs.REGISTRY.entry(chosen.env)
+    with conformance.named(chosen.planner) as planner:
+        evidence = conformance.gathered(env, planner, chosen.time_limit)
+    found = conformance.findings(evidence)
+    print("\n".join(finding.text for finding in found))
+    if evidence.unsupported:
+        raise InputError(
+            f"{planner.id} does not plan in {env.id}, so little was checked; choose another --env: "
+            + evidence.unsupported
+        )
+    return FAILED if any(f.outcome is conformance.Outcome.FAILED for f in found) else DONE
+
+
+def replay(chosen: argparse.Namespace) -> int:
+    """`bench replay`."""
+    found = replaying.replay(chosen.dir, chosen.planner, chosen.problem, chosen.env)
+    print(found.text)
+    return DIFFERENT if found.difference else DONE
+
+
 def list_(chosen: argparse.Namespace) -> int:
     """`bench list`."""
     wanted: dict[str, Registry[Any]] = {"planners": planners.REGISTRY, "envs": envs.REGISTRY}
@@ -159,6 +223,8 @@ def list_(chosen: argparse.Namespace) -> int:
                 "version": spec.version,
                 "aliases": list(spec.aliases),
                 "groups": list(spec.groups),
+                "not_repeatable": spec.not_repeatable,
+                "origin": spec.origin,
             }
             for spec in registry.specs()
         ]

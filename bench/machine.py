@@ -11,6 +11,8 @@ from typing import Any
 
 import psutil
 
+from bench.process import ONE_THREAD
+
 _PACKAGES = (
     "plannerbench",
     "numpy",
@@ -26,24 +28,33 @@ _PACKAGES = (
 
 def physical_cores() -> int:
     """Physical cores that this process may use, as far as the system tells."""
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     physical = psutil.cpu_count(logical=False) or psutil.cpu_count() or 1
-    return max(1, min(physical, usable or 1))
+    return max(1, min(physical, len(_usable_cpus())))
+
+
+def _usable_cpus() -> list[int]:
+    """The logical processors that this process may use, by the system's numbers."""
+    if hasattr(os, "sched_getaffinity"):
+        return sorted(os.sched_getaffinity(0))
+    return list(range(os.cpu_count() or 1))
 
 
 def describe() -> dict[str, Any]:
-    """JSON data that names the machine, the versions in use and the git state."""
+    """JSON data that names the machine, the versions in use, the git state ("-dirty" if tracked
+    files have changes) and how threads are pinned."""
     return {
         "machine": {
             "system": platform.platform(),
             "processor": _processor(),
             "physical_cores": physical_cores(),
+            "usable_cpus": _usable_cpus(),
             "memory_mb": psutil.virtual_memory().total // 2**20,
         },
         "python": platform.python_version(),
         "versions": {name: _version(name) for name in _PACKAGES},
         "git": _git_state(),
         "threads_per_worker": 1,
+        "thread_variables": dict(ONE_THREAD),
     }
 
 

@@ -36,7 +36,7 @@ _BOOT = (  # not `-m`: that would look for our packages in the current folder fi
     "import json, sys; sys.path[:] = json.loads(sys.argv[2]);"
     "from bench.worker import main; main(int(sys.argv[1]))"
 )
-_ONE_THREAD = dict.fromkeys(
+ONE_THREAD = dict.fromkeys(
     (
         "OMP_NUM_THREADS",
         "OPENBLAS_NUM_THREADS",
@@ -47,6 +47,7 @@ _ONE_THREAD = dict.fromkeys(
     ),
     "1",
 )
+"""Environment variables of every worker: one thread for each numerical library."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class WorkerProcess:
                 stdout=self._log,
                 stderr=self._log,
                 pass_fds=[theirs.fileno()],
-                env={**os.environ, **_ONE_THREAD},
+                env={**os.environ, **ONE_THREAD},
                 start_new_session=True,  # a Ctrl-C is the harness's to handle
             )
         self._described = {

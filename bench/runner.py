@@ -13,6 +13,8 @@ from functools import cached_property
 from time import monotonic
 from typing import Any
 
+import pandas as pd
+
 from bench import machine, training
 from bench.contestant import Contestant
 from bench.judge import Judge
@@ -103,6 +105,13 @@ def _announce_training(stages: Sequence[_Stage]) -> None:
         )
 
 
+def _of_these_versions(records: pd.DataFrame, suite: Suite) -> pd.DataFrame:
+    """The rows of the planners as they are now: what older versions did is measured again."""
+    versions = {planner.id: planner.spec.version for planner in suite.planners}
+    now: pd.DataFrame = records[records["planner_version"] == records["planner"].map(versions)]
+    return now
+
+
 class _Stage:
     """One arena of a run: what is still to be measured there, and its measuring."""
 
@@ -116,7 +125,9 @@ class _Stage:
         self._fingerprint = arena.env.fingerprint
         self._judge = Judge(arena.env)
         self._lock = threading.Lock()  # one result at a time is judged and stored
-        held = store.records([self._fingerprint], suite.seed, suite.settings_digest)
+        held = _of_these_versions(
+            store.records([self._fingerprint], suite.seed, suite.settings_digest), suite
+        )
         reference = suite.stop.reference
         tried = held[held["status"] != Fault.SKIPPED.value]
         done = set() if force else set(zip(tried["planner"], tried["problem"], strict=True))

@@ -66,6 +66,7 @@ REGISTRY: Registry[Environment] = Registry(
         ),
     ],
     entry_point_group="bench.envs",
+    base=Environment,
 )
 
 

@@ -28,3 +28,9 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     if near:
         return "did you mean " + " or ".join(repr(n) for n in near) + "?"
     return "choose from: " + ", ".join(names) if names else "there is nothing to choose from"
+
+
+def reason(error: BaseException) -> str:
+    """What another's exception says, in one line, with its type."""
+    said = " ".join(str(error).split())
+    return f"{type(error).__name__}: {said}" if said else type(error).__name__

@@ -1,22 +1,23 @@
 """Registries of planners and environments: specs are data, classes are imported when made.
 
-A registry knows its own specs and those that other installed packages announce as entry points.
-`name:key=value,key=value` is the text form of an entry.
+A registry knows its own specs and those that other installed packages announce as entry points:
+plug-ins, whose classes are imported when they are asked for. One that is broken is named in a
+warning and left out of groups; asked for by name it is an error. `name:key=value,key=value` is the
+text form of an entry.
 """
 
 from __future__ import annotations
 
-import importlib
-import inspect
 import logging
 import re
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from importlib.metadata import EntryPoint, entry_points
-from types import NoneType, UnionType
-from typing import Any, Generic, TypeVar, get_args, get_type_hints
+from typing import Any, Generic, TypeVar
 
-from envs.errors import InputError, UnknownNameError, suggestion
+from envs.arguments import parsed_arguments, split_entries, typed_arguments
+from envs.errors import InputError, UnknownNameError, reason
+from envs.loading import load_class
 
 logger = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -24,12 +25,15 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Spec:
-    """How something is made: `entry_point` is "module:Class", called with `arguments`.
+    """How something is made: `entry_point` is "module:Class" or "/folder/file.py:Class", called
+    with `arguments`.
 
     `version` rises whenever results would no longer compare with earlier ones. `groups` are names
     under which several are chosen together ("paper"); "all" has those with `in_all`. `without`
     maps an argument to the id of the spec that is meant where the argument is not given: a stand-in
-    under its own name.
+    under its own name. `not_repeatable` is why a planner's path may differ although its seed is
+    the same and no clock cuts it short. `origin` is where a spec of somebody else's is from, a
+    distribution or a file; it is empty for our own.
     """
 
     id: str
@@ -41,6 +45,8 @@ class Spec:
     groups: tuple[str, ...] = ()
     in_all: bool = True
     without: Mapping[str, str] = field(default_factory=dict)
+    not_repeatable: str = ""
+    origin: str = ""
 
     def load(self) -> type:
         """The class.
@@ -48,12 +54,10 @@ class Spec:
         Raises:
             InputError: it cannot be imported.
         """
-        module, _, name = self.entry_point.partition(":")
         try:
-            loaded: type = getattr(importlib.import_module(module), name)
-        except (ImportError, AttributeError) as error:
+            return load_class(self.entry_point)
+        except InputError as error:
             raise InputError(f"{self.id!r} cannot be loaded: {error}") from error
-        return loaded
 
 
 @dataclass(frozen=True)
@@ -74,9 +78,17 @@ class Entry(Generic[T]):
         """A new instance.
 
         Raises:
-            InputError: the arguments do not fit.
+            InputError: the arguments do not fit, or a stranger's class fails in any way.
         """
-        made: T = self.spec.load()(**{**self.spec.arguments, **self.arguments})
+        made: T
+        try:
+            made = self.spec.load()(**{**self.spec.arguments, **self.arguments})
+        except InputError:
+            raise
+        except (Exception, SystemExit) as error:
+            if not self.spec.origin:
+                raise
+            raise InputError(f"{self.id} cannot be made: {reason(error)}") from error
         return made
 
 
@@ -87,12 +99,17 @@ class Registry(Generic[T]):
         kind: what it holds, for messages ("planner").
         specs: its own, in the order in which they are listed.
         entry_point_group: under which other packages announce more; each loads to a `Spec`.
+        base: what their classes must be subclasses of.
     """
 
-    def __init__(self, kind: str, specs: Iterable[Spec], entry_point_group: str) -> None:
+    def __init__(
+        self, kind: str, specs: Iterable[Spec], entry_point_group: str, base: type = object
+    ) -> None:
         self.kind = kind
         self._group = entry_point_group
+        self._base = base
         self._specs: dict[str, Spec] = {}
+        self._plugins: set[str] = set()
         self._plugins_read = False
         for spec in specs:
             self.register(spec)
@@ -103,19 +120,29 @@ class Registry(Generic[T]):
         Raises:
             InputError: its id or an alias is taken or not well formed.
         """
+        self._check_form(spec)
+        groups = {group for known in self._specs.values() for group in known.groups}
+        for name in (spec.id, *spec.aliases):
+            if name == "all" or name in groups or name in self._names():
+                whose = f", so {spec.origin} cannot add it" if spec.origin else ""
+                raise InputError(f"there is a {self.kind} called {name!r} already{whose}")
+        self._specs[spec.id] = spec
+
+    def _check_form(self, spec: Spec) -> None:
         for name in (spec.id, *spec.aliases):
             if not re.fullmatch(r"[A-Za-z0-9_.*+-]+", name):
                 raise InputError(f"{name!r} is not a well-formed {self.kind} name")
-            if name == "all" or name in self._names():
-                raise InputError(f"there is a {self.kind} called {name!r} already")
-        self._specs[spec.id] = spec
 
     def unregister(self, id: str) -> None:
         """Takes a spec out again."""
         del self._specs[id]
 
     def specs(self) -> list[Spec]:
-        """All specs, the registry's own first."""
+        """All specs, the registry's own first.
+
+        Raises:
+            InputError: a plug-in has a name that is taken.
+        """
         self._read_plugins()
         return list(self._specs.values())
 
@@ -130,7 +157,8 @@ class Registry(Generic[T]):
     ) -> list[Entry[T]]:
         """What a comma-separated text names: "c3d,c3d:scene=1,boxes=20" is two entries.
 
-        Each entry is listed once. A group stands for those of its members that are `wanted`.
+        Each entry is listed once. A group stands for those of its members that are `wanted`,
+        without plug-ins that are broken.
 
         Raises:
             InputError: a name or an argument is unknown or malformed.
@@ -138,19 +166,32 @@ class Registry(Generic[T]):
         found: dict[str, Entry[T]] = {}
         for part in split_entries(text):
             members = [] if part in self._names() else self.group(part)
-            chosen = [e for e in (Entry[T](spec, {}) for spec in members) if wanted(e)]
-            if not members:
-                chosen = [self.entry(part)]
+            chosen = self._wanted(members, wanted) if members else [self.entry(part)]
             found.update((entry.id, entry) for entry in chosen)
         if not found:
             raise InputError(f"no {self.kind} named; choose from: {', '.join(self._names())}")
         return list(found.values())
 
+    def _wanted(
+        self, members: Iterable[Spec], wanted: Callable[[Entry[T]], bool]
+    ) -> Iterator[Entry[T]]:
+        for spec in members:
+            entry = Entry[T](spec, {})
+            try:
+                self._check_class(spec)
+                if wanted(entry):
+                    yield entry
+            except (Exception, SystemExit) as error:
+                if spec.id not in self._plugins:
+                    raise
+                self._skip(f"{spec.id!r} of {spec.origin}", error)
+
     def entry(self, text: str) -> Entry[T]:
         """What "name" or "name:key=value,..." names.
 
         Raises:
-            InputError: the name or an argument is unknown or malformed.
+            InputError: the name or an argument is unknown or malformed, or a stranger's class
+                cannot be loaded or is of another kind.
         """
         name, _, rest = text.partition(":")
         self._read_plugins()
@@ -159,17 +200,28 @@ class Registry(Generic[T]):
             groups = {group for spec in self.specs() for group in spec.groups}
             raise UnknownNameError(self.kind, name, [*names, *groups, "all"])
         spec = names[name]
-        chosen = _arguments(text, rest)
+        chosen = parsed_arguments(text, rest)
         for key, stand_in in spec.without.items():
             if key not in chosen:
                 return self._of_stand_in(names[stand_in], chosen, f"{name} without {key}=")
-        return Entry(spec, _typed_arguments(spec, chosen))
+        return self._entry(spec, chosen)
 
     def _of_stand_in(self, spec: Spec, chosen: Mapping[str, str], meant: str) -> Entry[T]:
         try:
-            return Entry(spec, _typed_arguments(spec, chosen))
+            return self._entry(spec, chosen)
         except InputError as error:
             raise InputError(f"{error} ({meant} is {spec.id})") from error
+
+    def _entry(self, spec: Spec, chosen: Mapping[str, str]) -> Entry[T]:
+        self._check_class(spec)
+        if not chosen:
+            return Entry(spec, {})
+        return Entry(spec, typed_arguments(spec.id, spec.load(), spec.arguments, chosen))
+
+    def _check_class(self, spec: Spec) -> None:
+        """Of a stranger's spec: our own classes are imported when they are made."""
+        if spec.origin and not issubclass(spec.load(), self._base):
+            raise InputError(f"{spec.id!r} of {spec.origin} is not a {self._base.__name__}")
 
     def make(self, text: str) -> T:
         """A new instance of what `text` names. See `entry`."""
@@ -181,91 +233,27 @@ class Registry(Generic[T]):
     def _read_plugins(self) -> None:
         if self._plugins_read:
             return
+        without = dict(self._specs)
+        try:
+            for spec in filter(None, map(self._plugin, entry_points(group=self._group))):
+                self.register(spec)
+        except InputError:
+            self._specs = without  # so that the next call says the same
+            raise
+        self._plugins = self._specs.keys() - without.keys()
         self._plugins_read = True
-        for point in entry_points(group=self._group):
-            self._register_plugin(point)
 
-    def _register_plugin(self, point: EntryPoint) -> None:
+    def _plugin(self, point: EntryPoint) -> Spec | None:
+        """The spec that a package announces, or None if it is broken."""
         try:
             spec = point.load()
             if not isinstance(spec, Spec):
                 raise TypeError(f"{point.value} is a {type(spec).__name__}, not a Spec")
-            self.register(spec)
-        except Exception as error:  # noqa: BLE001  a stranger's package may fail in any way
-            logger.warning("%s plug-in %r is skipped: %s", self.kind, point.name, error)
+            self._check_form(spec)
+        except (Exception, SystemExit) as error:  # noqa: BLE001  may fail in any way
+            self._skip(repr(point.name), error)
+            return None
+        return replace(spec, origin=point.dist.name if point.dist else point.value)
 
-
-def _arguments(text: str, rest: str) -> dict[str, str]:
-    """The keys and values of "key=value,..."; `text` is the whole, for messages."""
-    chosen: dict[str, str] = {}
-    for item in filter(None, rest.split(",")):
-        key, equals, value = item.partition("=")
-        if not (equals and key and value):
-            raise InputError(f"{text!r}: {item!r} is not of the form key=value")
-        if key in chosen:
-            raise InputError(f"{text!r}: {key!r} is given twice")
-        chosen[key] = value
-    return chosen
-
-
-def split_entries(text: str) -> list[str]:
-    """Splits at the commas between entries, not at those between an entry's arguments.
-
-    A part with "=" but no ":" before it goes on with the entry before.
-    """
-    parts: list[str] = []
-    for token in (t.strip() for t in text.split(",")):
-        before_equals, equals, _ = token.partition("=")
-        if equals and ":" not in before_equals and parts:
-            parts[-1] += ("," if ":" in parts[-1] else ":") + token
-        elif token:
-            parts.append(token)
-    return parts
-
-
-def _typed_arguments(spec: Spec, chosen: Mapping[str, str]) -> dict[str, Any]:
-    """`chosen` in the types of the constructor's annotations, without what equals a default."""
-    if not chosen:
-        return {}
-    constructor = spec.load().__init__  # type: ignore[misc]
-    hints = get_type_hints(constructor)
-    parameters = inspect.signature(constructor).parameters
-    named = [
-        p.name
-        for p in list(parameters.values())[1:]
-        if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY) and p.name not in spec.arguments
-    ]
-    takes_any = any(p.kind is p.VAR_KEYWORD for p in parameters.values())
-    typed: dict[str, Any] = {}
-    for key, text in chosen.items():
-        if key not in named and (key in spec.arguments or not takes_any):
-            raise InputError(f"{spec.id} has no argument {key!r}; {suggestion(key, named)}")
-        value = _typed(text, hints.get(key) if key in named else None, f"{spec.id}:{key}")
-        if key not in named or value != parameters[key].default:
-            typed[key] = value
-    return typed
-
-
-def _typed(text: str, hint: Any, what: str) -> Any:
-    if hint is None:
-        return text
-    hint = _without_none(hint)
-    try:
-        if hint is bool:
-            return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
-        if hint is float:
-            value = float(text)
-            if value != value:
-                raise ValueError("not a number")
-            return value
-        if hint is int:
-            return int(text)
-    except (ValueError, KeyError):
-        raise InputError(f"{what}={text}: {text!r} is not of type {hint.__name__}") from None
-    return text
-
-
-def _without_none(hint: Any) -> Any:
-    """The type in "type | None", which a person cannot ask for but by leaving the argument out."""
-    named = [one for one in get_args(hint) if one is not NoneType]
-    return named[0] if isinstance(hint, UnionType) and len(named) == 1 else hint
+    def _skip(self, what: str, error: BaseException) -> None:
+        logger.warning("%s plug-in %s is skipped: %s", self.kind, what, reason(error))

@@ -15,6 +15,7 @@ def _ompl(
     name: str,
     aliases: tuple[str, ...] = (),
     groups: tuple[str, ...] = (),
+    not_repeatable: str = "",
 ) -> Spec:
     return Spec(
         id,
@@ -23,6 +24,7 @@ def _ompl(
         {"algorithm": algorithm},
         aliases=aliases,
         groups=groups,
+        not_repeatable=not_repeatable,
     )
 
 
@@ -64,7 +66,14 @@ REGISTRY: Registry[Planner] = Registry(
             "the same, with RRT-Connect for the motions that the network cannot make feasible",
             {"fallback": "rrtconnect"},
         ),
-        _ompl("prmstar", "PRMstar", "PRM*", ("prm*",)),
+        _ompl(
+            "prmstar",
+            "PRMstar",
+            "PRM*",
+            ("prm*",),
+            not_repeatable="a second thread looks for a solution every 0.1 s, while the roadmap "
+            "grows as fast as the machine is",
+        ),
         _ompl("informedrrtstar", "InformedRRTstar", "Informed RRT*", ("informedrrt*",)),
         _ompl("bitstar", "BITstar", "BIT*", ("bit*",)),
         _ompl("aitstar", "AITstar", "AIT*", ("ait*",)),
@@ -92,6 +101,7 @@ REGISTRY: Registry[Planner] = Registry(
         ),
     ],
     entry_point_group="bench.planners",
+    base=Planner,
 )
 
 

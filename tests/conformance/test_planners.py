@@ -6,27 +6,20 @@ from time import perf_counter
 
 import numpy as np
 import pytest
+from shipped import set_up
 
 import planners
 from bench.judge import Judge
 from bench.record import Verdict
 from envs import Environment
 from planners import Budget, Planner, PlannerResult, Status
-from planners.learned import LearnedPlanner
 
 IDS = [spec.id for spec in planners.REGISTRY.specs()]
 
 
 @pytest.fixture(params=IDS, scope="module")
 def planner(request: pytest.FixtureRequest, c3d: Environment) -> Planner:
-    made = planners.make(request.param)
-    reason = made.unsupported(c3d)
-    if reason is None and isinstance(made, LearnedPlanner) and not made.weights_file(c3d):
-        reason = "its weights do not ship"
-    if reason is not None:
-        pytest.skip(reason)
-    made.setup(c3d, seed=1)
-    return made
+    return set_up(request.param, c3d)
 
 
 def test_it_solves_what_it_claims_to_solve(planner: Planner, c3d: Environment) -> None:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import envs
 import planners
 from envs import InputError, Registry, Spec
-from envs.registry import split_entries
+from envs.arguments import split_entries, typed_arguments
 
 
 class Thing:
@@ -120,6 +120,15 @@ def test_commas_separate_entries_and_arguments() -> None:
         "thing:name=q,size=2",
         "other",
     ]
+
+
+def test_types_that_cannot_be_looked_up_are_an_input_error() -> None:
+    class Odd:
+        def __init__(self, size: Nowhere = None) -> None:  # noqa: F821
+            pass
+
+    with pytest.raises(InputError, match=r"odd: the types .* 'Nowhere' is not defined"):
+        typed_arguments("odd", Odd, (), {"size": "3"})
 
 
 def test_groups() -> None:

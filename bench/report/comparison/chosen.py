@@ -5,8 +5,8 @@ from __future__ import annotations
 import planners
 from bench.report.recorded import RecordedRun
 from envs import InputError
+from envs.arguments import split_entries
 from envs.errors import suggestion
-from envs.registry import split_entries
 
 ALL = "all"
 

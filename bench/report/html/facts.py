@@ -9,7 +9,14 @@ from typing import Any
 
 from bench.report.recorded import RecordedRun
 
-_OF_PLACES = ("machine", "python", "versions", "git", "threads_per_worker")
+_OF_PLACES = (
+    "machine",
+    "python",
+    "versions",
+    "git",
+    "threads_per_worker",
+    "thread_variables",
+)
 """What a session says of where it was measured; the rest is when, and at what cost."""
 
 _TOLD_ELSEWHERE = ("settings", "order")

@@ -1,0 +1,135 @@
+"""What a planner must keep to, judged by what was seen of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+from bench.conformance import looks
+from bench.conformance.evidence import Evidence
+from bench.conformance.looks import LATE_S, LATE_SHARE, NotSeen
+
+
+class Outcome(str, Enum):
+    """What came of a check."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    NOT_APPLICABLE = "not applicable"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing to keep to.
+
+    Attributes:
+        promise: what a planner that keeps to it does, in a line.
+        why: why it matters.
+        look: what of the evidence speaks against it, a line each.
+    """
+
+    name: str
+    promise: str
+    why: str
+    look: Callable[[Evidence], list[str] | NotSeen]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What came of a check, and what speaks against it, or why it does not apply."""
+
+    check: Check
+    outcome: Outcome
+    what: str = ""
+
+    @property
+    def text(self) -> str:
+        """A line, and for a failure another that says why it matters."""
+        said = self.what if self.outcome is not Outcome.PASSED else self.check.promise
+        line = f"{self.outcome.value:<16}{self.check.name:<12}{said}"
+        if self.outcome is Outcome.FAILED:
+            line += f"\n{'':<28}why it matters: {self.check.why}"
+        return line
+
+
+def findings(evidence: Evidence) -> list[Finding]:
+    """What comes of every check."""
+    return [_finding(check, check.look(evidence)) for check in CHECKS]
+
+
+def _finding(check: Check, seen: list[str] | NotSeen) -> Finding:
+    if isinstance(seen, NotSeen):
+        return Finding(check, Outcome.NOT_APPLICABLE, seen.reason)
+    if not seen:
+        return Finding(check, Outcome.PASSED)
+    # One mistake is mostly made in every trial, and said once.
+    return Finding(check, Outcome.FAILED, "; ".join(dict.fromkeys(seen)))
+
+
+CHECKS = (
+    Check(
+        "support",
+        "says whether it can plan in an environment: None, or a reason why not",
+        "runs over many environments leave planners out by that reason; an exception is an ERROR "
+        "in every row",
+        looks.support,
+    ),
+    Check(
+        "setup",
+        "sets up without a fault",
+        "if `setup` fails, that is the outcome of every problem",
+        looks.setup,
+    ),
+    Check(
+        "result",
+        "returns a PlannerResult with a Status, a path of numbers (k, d), and JSON data",
+        "an exception is an ERROR in the table, and a path that is none is MALFORMED",
+        looks.result,
+    ),
+    Check(
+        "endpoints",
+        "its paths begin at the start and end at the goal",
+        "a path between other places solves another problem: the judge says WRONG_ENDPOINT",
+        looks.endpoints,
+    ),
+    Check(
+        "valid",
+        "its paths are VALID by the judge's certified check",
+        "a claim counts only if the judge proves it; waypoints free of collision are not enough",
+        looks.valid,
+    ),
+    Check(
+        "budget",
+        f"returns within its time, or at most {LATE_S} s or {LATE_SHARE:.0%} later",
+        "a path that comes late does not count, and a planner that goes on is killed",
+        looks.budget,
+    ),
+    Check(
+        "unsolvable",
+        "returns in time from problems without a solution, and claims none",
+        "a search without an end is KILLED, and a claim without a path behind it misleads",
+        looks.unsolvable,
+    ),
+    Check(
+        "inputs",
+        "leaves problem and environment as they are",
+        "the problems after it would be solved in another world than the judge's",
+        looks.inputs,
+    ),
+    Check(
+        "repeatable",
+        "finds the same paths with the same seed in a new process, in another order",
+        "results that nobody can repeat cannot be checked; use `problem.seed` for all that is "
+        "random, and say `not_repeatable` with a reason where that does not suffice",
+        looks.repeatable,
+    ),
+    Check(
+        "threads",
+        "keeps to one thread",
+        "planners are compared on one core each: a second one buys time that the table does not "
+        "show",
+        looks.threads,
+    ),
+)
+"""In the order in which they are printed."""

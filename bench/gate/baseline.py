@@ -1,0 +1,114 @@
+"""What a run comes to, small enough to be kept and compared with later runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from bench.record import NOT_ATTEMPTED, Verdict
+from bench.report import comparison
+from bench.report.recorded import RecordedRun
+from envs.problem import Array
+
+MEASURES = {
+    "length": comparison.MEASURES["length"],
+    "margin": comparison.MEASURES["safety_margin"],
+    "time": comparison.MEASURES["time_s"],
+}
+"""What can be compared with a reference planner's, by the names of the command line."""
+
+_DIGITS = 4  # of a value; both sides of a check are rounded alike
+
+
+@dataclass(frozen=True)
+class Row:
+    """A planner in an environment.
+
+    Attributes:
+        fingerprint: of the environment.
+        seed: of the problems.
+        settings: how it was measured, as "key=value ...".
+        problems: how many were attempted; 0 if the planner was UNSUPPORTED or SKIPPED.
+        solved: verified successes among them.
+        values: by the names of `MEASURES`, (k,) positive numbers to four digits in the units of
+            `bench.record.Record`, of the problems 0, 1, ...; NaN where there is none, as the
+            problem was not solved.
+    """
+
+    env: str
+    planner: str
+    fingerprint: str
+    seed: int
+    settings: str
+    problems: int
+    solved: int
+    values: Mapping[str, Array]
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Environment and planner."""
+        return self.env, self.planner
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """Rows, one for each environment and planner.
+
+    Attributes:
+        measures: the names of `MEASURES` that each row has values of, in their order.
+    """
+
+    rows: Mapping[tuple[str, str], Row]
+    measures: tuple[str, ...] = ()
+
+    @staticmethod
+    def of(run: RecordedRun, measures: Sequence[str] = ()) -> Baseline:
+        """What one folder's run comes to, with values of these `MEASURES`."""
+        [selection] = run.selections
+        ordered = tuple(name for name in MEASURES if name in measures)
+        groups = run.records.groupby(["env", "planner"])
+        rows = (_row(attempts, selection, ordered) for _, attempts in groups)
+        return Baseline({row.key: row for row in rows}, ordered)
+
+    @property
+    def attempted(self) -> Baseline:
+        """Without the rows in which nothing was attempted."""
+        rows = {key: row for key, row in self.rows.items() if row.problems}
+        return Baseline(rows, self.measures)
+
+    @property
+    def planners(self) -> set[str]:
+        """All that have a row."""
+        return {planner for _, planner in self.rows}
+
+
+def _row(attempts: pd.DataFrame, selection: dict[str, Any], measures: Sequence[str]) -> Row:
+    first = attempts.iloc[0]
+    made = attempts[~attempts["status"].isin(NOT_ATTEMPTED)]
+    solved = made[made["outcome"] == Verdict.VALID.value]
+    settings = sorted(selection["settings"].items())
+    return Row(
+        env=str(first["env"]),
+        planner=str(first["planner"]),
+        fingerprint=str(first["env_fingerprint"]),
+        seed=int(selection["seed"]),
+        settings=" ".join(f"{key}={value}" for key, value in settings),
+        problems=len(made),
+        solved=len(solved),
+        values={
+            name: _values(solved, MEASURES[name].column, selection["problems"]) for name in measures
+        },
+    )
+
+
+def _values(solved: pd.DataFrame, column: str, problems: int) -> Array:
+    values = np.full(problems, np.nan)
+    measured = [float(f"{value:.{_DIGITS}g}") for value in solved[column].astype(float)]
+    values[solved["problem"].to_numpy(dtype=int)] = measured
+    # No ratio can be made of others, such as the endless margin where there are no obstacles.
+    values[~(np.isfinite(values) & (values > 0))] = np.nan
+    return values

@@ -1,0 +1,49 @@
+"""Whether a planner did worse than before by the measure of a reference planner."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bench.stats import signed_rank
+
+
+def p_of_worse_ratio(
+    before: ArrayLike, now: ArrayLike, *, tolerance: float, more_is_better: bool = False
+) -> float:
+    """The p-value of ratios to a reference planner that got worse by more than a tolerance.
+
+    On each problem the change is log(now / before), its sign turned where more is better, less
+    log(1 + tolerance). The test is Wilcoxon's signed-rank test, one-sided, of whether changes are
+    above zero. It assumes that, if nothing changed, each problem's two ratios could as well have
+    come in the other order; then their logs' difference is symmetric about 0, whatever the
+    distribution and however unlike the problems are, and the test's error is at most what it says.
+    The same holds if all ratios grew by one factor of at most 1 + tolerance, as they may from one
+    machine to another.
+
+    It assumes, too, that problems change independently of each other. A roadmap that is shared by
+    all problems, and as large as time allowed, breaks that: such planners are no good for this.
+
+    The error is that over baselines and runs alike: against one baseline that happened to come
+    out well, alarms are more frequent.
+
+    Args:
+        before, now: (n,) positive; a planner's measure by the reference's, on the same problems.
+        tolerance: a fraction, at least 0.
+
+    Raises:
+        ValueError: the shapes differ, or a value is not positive and finite.
+    """
+    earlier, later = np.asarray(before, dtype=float), np.asarray(now, dtype=float)
+    if not ((earlier > 0).all() and (later > 0).all()):
+        raise ValueError("ratios must be positive")
+    sign = -1.0 if more_is_better else 1.0
+    allowed = np.log1p(tolerance)
+    # As the second of a pair lies above the first, so the change lies above what is allowed.
+    test = signed_rank(sign * np.log(earlier) + allowed, sign * np.log(later))
+    return test.p_value / 2 if test.direction > 0 else 1.0
+
+
+def least_p(pairs: int) -> float:
+    """The smallest p-value that so many pairs can have: all changes on one side."""
+    return 0.5**pairs

@@ -1,0 +1,236 @@
+"""One attempt of a recorded run again, and whether it comes out the same."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+import envs
+import planners
+from bench import training
+from bench.contestant import Contestant
+from bench.judge import Judge
+from bench.record import decode_path, encode_path, outcome
+from bench.report.recorded import RecordedRun
+from bench.runner import Session
+from bench.suite import Arena, StopRule, Suite
+from envs import Environment, InputError
+from envs.errors import UnknownNameError
+from envs.problem import Array
+from envs.registry import Entry
+from planners import Planner
+
+_SHOWN = ("outcome", "status", "verdict", "solve_s", "length", "safety_margin", "waypoints")
+"""Columns of the two rows that are printed."""
+
+_COMPARED = ("status", "verdict")
+"""What must be equal besides the path: times, and with them `LATE`, are the machine's."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """An attempt twice: as recorded, and made again.
+
+    Attributes:
+        then, now: the rows, with the columns of `bench.record.Record`.
+        notes: what may explain a difference, a line each.
+    """
+
+    then: Mapping[str, Any]
+    now: Mapping[str, Any]
+    notes: tuple[str, ...]
+
+    @property
+    def difference(self) -> str:
+        """The first thing that differs, in a line; empty if nothing does."""
+        paths = [None if row["path"] is None else decode_path(row["path"]) for row in self._rows]
+        said = [
+            f"another {name}: {self.then[name] or 'none'} then, {self.now[name] or 'none'} now"
+            for name in _COMPARED
+            if self.then[name] != self.now[name]
+        ]
+        return "; ".join(filter(None, [*said, _path_difference(*paths)]))
+
+    @property
+    def _rows(self) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+        return self.then, self.now
+
+    @property
+    def text(self) -> str:
+        """Both rows, and what comes of comparing them."""
+        rows = pd.DataFrame(
+            [[row[name] for name in _SHOWN] for row in self._rows],
+            index=["then", "now"],
+            columns=list(_SHOWN),
+        )
+        told = f"not the same: {self.difference}" if self.difference else "same path"
+        reasons = self.notes if self.difference else ()
+        failed = [self.now["error"]] if self.difference and self.now["error"] else []
+        table = rows.to_markdown(floatfmt=".6g", missingval="")
+        return "\n".join([table, "", told, *failed, *reasons])
+
+
+def replay(folder: Path, planner: str, problem: int, env: str | None = None) -> Replay:
+    """Makes one attempt of a run again, in a new process, as the run did.
+
+    Args:
+        folder: that `bench run` wrote.
+        planner, env: as on the command line; `env` may be left out where the run has only one.
+        problem: its index.
+
+    Raises:
+        InputError: the run has no such attempt, or planner, environment or rules are not those of
+            the run any more.
+    """
+    run = RecordedRun.read(folder)
+    [selection] = run.selections
+    where = _arena_of(selection, env, folder)
+    who = _planner_of(selection, planner, folder)
+    attempts = run.records[run.records["env_fingerprint"] == where["fingerprint"]]
+    then = _row(attempts[attempts["planner"] == who.id], problem, f"{folder}: {who.id}")
+    arena = _made(where, problem, selection["seed"])
+    suite = _suite(selection, arena, who, problem)
+    stop_cost = suite.stop.stop_cost(_reference_length(suite.stop, attempts, problem))
+    now = _attempted(suite, stop_cost)
+    return Replay(then, now, tuple(_notes(then, who)))
+
+
+def _arena_of(selection: Mapping[str, Any], env: str | None, folder: Path) -> Mapping[str, Any]:
+    """What the run says of an environment."""
+    known: dict[str, Mapping[str, Any]] = {said["id"]: said for said in selection["envs"]}
+    if env is None:
+        if len(known) > 1:
+            raise InputError(f"{folder} has several environments; --env one of {', '.join(known)}")
+        [id] = known
+        return known[id]
+    id = _canonical(envs.REGISTRY.entry, env, known)
+    if id not in known:
+        raise UnknownNameError(f"environment of {folder}", id, known)
+    return known[id]
+
+
+def _planner_of(selection: Mapping[str, Any], planner: str, folder: Path) -> Entry[Planner]:
+    known = selection["planners"]
+    id = _canonical(planners.REGISTRY.entry, planner, known)
+    if id not in known:
+        raise UnknownNameError(f"planner of {folder}", id, known)
+    try:
+        return planners.REGISTRY.entry(id)
+    except UnknownNameError as error:
+        raise InputError(
+            f"no planner {id!r} is installed here; if it is in a file, name that by --planner-file"
+        ) from error
+
+
+def _canonical(entry: Any, text: str, known: Iterable[str]) -> str:
+    """The canonical id of what `text` names; as it is where the run knows it so."""
+    if text in known:
+        return text
+    try:
+        return str(entry(text).id)
+    except UnknownNameError:  # which the run's own names say better
+        return text
+
+
+def _row(attempts: pd.DataFrame, problem: int, whose: str) -> Mapping[str, Any]:
+    found = attempts[attempts["problem"] == problem]
+    if found.empty:
+        held = sorted(attempts["problem"])
+        there = f"it has {held[0]} to {held[-1]}" if held else "it has none; was it interrupted?"
+        raise InputError(f"{whose} has no problem {problem}: {there}")
+    row = found.iloc[0]
+    # pandas has NaN for what is missing from a column of numbers.
+    return {name: None if _missing(row[name]) else row[name] for name in found.columns}
+
+
+def _missing(value: Any) -> bool:
+    return value is None or (isinstance(value, float) and bool(np.isnan(value)))
+
+
+def _made(where: Mapping[str, Any], problem: int, seed: int) -> Arena:
+    entry: Entry[Environment] = envs.REGISTRY.entry(where["id"])
+    arena = Arena.make(entry, problem + 1, seed)
+    if arena.env.fingerprint != where["fingerprint"]:
+        raise InputError(
+            f"{entry.id} is not what it was: its fingerprint was {where['fingerprint']} and is "
+            f"{arena.env.fingerprint}; replay with the files and versions that the manifest names"
+        )
+    return replace(arena, problems=arena.problems[problem:])
+
+
+def _suite(selection: Mapping[str, Any], arena: Arena, planner: Entry[Planner], i: int) -> Suite:
+    settings = selection["settings"]
+    suite = Suite(
+        (arena,),
+        (planner,),
+        i + 1,
+        selection["seed"],
+        settings["time_limit_s"],
+        StopRule.parse(settings["stop"]),
+        settings["jobs"],
+        settings["memory_limit_mb"],
+        train=False,
+    )
+    if suite.settings != settings:
+        old = settings["rules"]
+        raise InputError(f"the run was measured by rules {old}, and this version has others")
+    return suite
+
+
+def _reference_length(stop: StopRule, attempts: pd.DataFrame, problem: int) -> float | None:
+    """What the reference of the stop rule reached on the problem, None if it failed."""
+    if stop.reference is None:
+        return None
+    of_reference = attempts["planner"] == stop.reference.id
+    solved = attempts[of_reference & (attempts["problem"] == problem) & (attempts["solved"] == 1)]
+    return None if solved.empty else float(solved["length"].iloc[0])
+
+
+def _attempted(suite: Suite, stop_cost: float) -> Mapping[str, Any]:
+    """The new row."""
+    [arena], [planner] = suite.arenas, suite.planners
+    [problem] = arena.problems
+    unready = training.unready(arena.entry, planner, may_train=False)
+    contestant = Contestant(arena, planner, suite, Session(), unready)
+    try:
+        attempt = contestant.attempt(problem, stop_cost)
+    finally:
+        contestant.stop()
+    judged = Judge(arena.env)(problem, attempt.path) if attempt.claims else None
+    verdict = judged.verdict.value if judged else ""
+    what = outcome(attempt.status, verdict, attempt.solve_s, suite.time_limit_s)
+    path = encode_path(attempt.path)
+    known = {"run_id": "replay", "outcome": what, "measured_at": "", "path": path}
+    return asdict(contestant.record(problem, attempt, judged, **known))
+
+
+def _path_difference(then: Array | None, now: Array | None) -> str:
+    """The first waypoint at which two paths (k, d) differ; empty if none does."""
+    if then is None or now is None:
+        one = "then" if now is None else "now"
+        return "" if then is now else f"there is a path {one} only"
+    for i, (a, b) in enumerate(zip(then, now, strict=False)):
+        if not np.array_equal(a, b, equal_nan=True):
+            return f"the paths differ from waypoint {i} on: {_told(a)} then, {_told(b)} now"
+    if len(then) != len(now):
+        return f"one path ends at waypoint {min(len(then), len(now)) - 1}, the other goes on"
+    return ""
+
+
+def _told(waypoint: Array) -> str:
+    return f"({', '.join(f'{value:.17g}' for value in waypoint)})"
+
+
+def _notes(then: Mapping[str, Any], planner: Entry[Planner]) -> Sequence[str]:
+    notes = []
+    if planner.spec.version != then["planner_version"]:
+        old, new = then["planner_version"], planner.spec.version
+        notes.append(f"{planner.id} was another version: {old}, and is {new}")
+    if planner.spec.not_repeatable:
+        notes.append(f"{planner.id} is not repeatable: {planner.spec.not_repeatable}")
+    return notes

@@ -1,0 +1,23 @@
+"""Planners of the registry as they ship."""
+
+from __future__ import annotations
+
+import pytest
+
+import planners
+from envs import Environment
+from planners import Planner
+from planners.learned import LearnedPlanner
+
+
+def set_up(id: str, env: Environment) -> Planner:
+    """A planner, ready to solve; the test is skipped if it does not plan in `env`, or would have
+    to be trained first."""
+    planner = planners.make(id)
+    reason = planner.unsupported(env)
+    if reason is None and isinstance(planner, LearnedPlanner) and not planner.weights_file(env):
+        reason = "its weights do not ship"
+    if reason is not None:
+        pytest.skip(reason)
+    planner.setup(env, seed=1)
+    return planner

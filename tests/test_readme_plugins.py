@@ -1,0 +1,69 @@
+"""The planner and the environment that the README shows work as written."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import plugins
+from conftest import Cli
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+README = Path(__file__).parents[1] / "README.md"
+
+
+def block(marker: str) -> str:
+    """The text of the block after a comment in the README."""
+    text = README.read_text(encoding="utf-8")
+    [found] = re.findall(rf"<!-- {marker} -->\n```\w+\n(.*?)```", text, flags=re.DOTALL)
+    return str(found)
+
+
+def test_the_planner_is_short_passes_its_checks_and_solves_problems(
+    bench: Cli, tmp_path: Path
+) -> None:
+    text = block("planner")
+    assert text.count("\n") < 25
+    file = tmp_path / "detours.py"
+    file.write_text(text, encoding="utf-8")
+    code, out, err = bench("test-planner", f"{file}:Detours", "--time-limit", 1)
+    assert code == 0, out + err
+    code, out, err = bench(
+        *("run", "--env", "c3d", "--planners", "detours", "--planner-file", file),
+        *("--problems", 3, "--stop", "first", "--out", tmp_path / "run"),
+    )
+    assert code == 0, err
+    assert pd.read_csv(tmp_path / "run" / "summary.csv")["solved"].tolist() == [3]
+
+
+def test_the_environment_is_found_and_planned_in_once_it_is_installed(tmp_path: Path) -> None:
+    announced = tomllib.loads(block("entry points"))["project"]["entry-points"]
+    points = {
+        f"{group} {name}": value for group, of in announced.items() for name, value in of.items()
+    }
+    site = tmp_path / "site"
+    site.mkdir()
+    plugins.install(site, "slalom", block("environment"), points)
+    command = (
+        *("run", "--env", "slalom:walls=5", "--planners", "rrtconnect", "--problems", "3"),
+        *("--stop", "first", "--out", str(tmp_path / "run")),
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "bench", *command],
+        env={**os.environ, "PYTHONPATH": str(site)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    summary = pd.read_csv(tmp_path / "run" / "summary.csv")
+    assert summary["env"].tolist() == ["slalom:walls=5"]
+    assert summary["solved"].tolist() == [3]
