@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from envs import Environment, InputError, Problem
+from envs.collision.fcl_model import DEFAULT_TOLERANCE
 from envs.problem import Array
 from planners.base import Budget, Planner, PlannerResult, Status
 from planners.fast_marching import SpeedGrid, default_resolution
 from planners.grid_field import GridField
 
 _MAX_NODES = 20_000_000  # of a grid that scikit-fmm solves within a few GB
+
+_SAFE = 2 * DEFAULT_TOLERANCE  # what is free by this check is free to the judge, too
 
 
 class FastMarching(Planner):
@@ -47,6 +50,7 @@ class FastMarching(Planner):
     def setup(self, env: Environment, *, seed: int) -> None:
         resolution = self._resolution or default_resolution(env.dimension)
         assert resolution is not None
+        self._env = env
         self._grid = SpeedGrid(env, resolution, self._order)
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
@@ -55,7 +59,9 @@ class FastMarching(Planner):
         path = field.descend(problem.start, problem.goal, grid.radius)
         if path is None:
             return PlannerResult(Status.APPROXIMATE_SOLUTION)
-        return PlannerResult(Status.EXACT_SOLUTION, path)
+        # The speed is not 0 within obstacles: what has no way round has a path through them.
+        [free] = self._env.paths_are_free([path], _SAFE)
+        return PlannerResult(Status.EXACT_SOLUTION if free else Status.APPROXIMATE_SOLUTION, path)
 
     def times_and_speeds(self, source: Array, q: Array) -> tuple[Array, Array]:
         """See `planners.time_field.TimeFieldPlanner`."""

@@ -11,6 +11,7 @@ import trimesh
 
 import envs
 import planners
+from bench.conformance.cage import Cage, hopeless
 from bench.metrics import path_length, travel_time
 from envs import InputError, Problem
 from envs.scenes.mesh_world import MeshWorld
@@ -35,6 +36,17 @@ def test_open_space_gives_a_straight_line_between_the_exact_ends() -> None:
     assert (path[-1] == problem.goal).all()
     straight = float(np.linalg.norm(problem.goal - problem.start))
     assert path_length(path) == pytest.approx(straight, rel=0.01)
+
+
+def test_where_there_is_no_way_round_none_is_claimed() -> None:
+    planner, env = planners.make("fmm:resolution=40"), Cage()
+    planner.setup(env, seed=1)
+    result = planner.solve(hopeless(), Budget(perf_counter() + 10))
+    assert result.status is Status.APPROXIMATE_SOLUTION
+    assert result.path is not None
+    assert not env.collision_model().segment_is_free(result.path[0], result.path[-1])
+    inside = Problem(np.zeros(3), np.array([1.0, 1.2, -1.0]))
+    assert planner.solve(inside, Budget(perf_counter() + 10)).status is Status.EXACT_SOLUTION
 
 
 def test_descent_in_a_known_field() -> None:
