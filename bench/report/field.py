@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,7 @@ from planners.time_field import TimeFieldPlanner
 PER_AXIS = 200
 """Nodes of a slice along its longer side."""
 
+_COLUMNS = 4  # as wide as a picture may be for strips to stand beside each other
 _CONTOURS = 24
 _FULL = 0.45  # a plane that is fuller has little of a field to show
 _COLOURS = "viridis"  # blue where it is slow, yellow where it is fast
@@ -118,22 +120,24 @@ class Strip:
 
 
 def draw(strips: Sequence[Strip], file: Path) -> None:
-    """One row an environment, one column a planner: colour is the predicted speed, lines are
-    arrival times in free space.
+    """One strip an environment, one column of it a planner: colour is the predicted speed, lines
+    are arrival times in free space. Short strips stand beside each other.
 
     Raises:
         InputError: the file cannot be written as an image.
     """
     columns = max(len(strip.fields) for strip in strips)
+    beside = min(len(strips), max(1, _COLUMNS // columns))
+    rows = math.ceil(len(strips) / beside)
     with mpl.rc_context({"font.size": 9}):
-        size = (3.2 * columns + 0.8, 3.6 * len(strips))
+        size = (3.2 * columns * beside + 0.8, 3.6 * rows)
         figure = Figure(figsize=size, layout="constrained")
-        grid = figure.subplots(len(strips), columns, squeeze=False)
+        grid = figure.subplots(rows, columns * beside, squeeze=False)
         for axes in grid.flat:
             axes.set_axis_off()
-        for row, strip in zip(grid, strips, strict=True):
-            image = _draw_strip(row, strip, named=len(strips) > 1)
-        figure.colorbar(image, ax=grid, label="predicted speed", shrink=0.7 / len(strips))
+        for axes, strip in zip(grid.reshape(-1, columns), strips, strict=False):
+            image = _draw_strip(axes, strip, named=len(strips) > 1)
+        figure.colorbar(image, ax=grid, label="predicted speed", shrink=0.7 / rows)
         try:
             figure.savefig(file, dpi=150 if len(strips) == 1 else 100, bbox_inches="tight")
         except (OSError, ValueError) as error:
