@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from bench import runner
+from bench.folder_lock import locked
 from bench.report import files
 from bench.report.recorded import RecordedRun
 from bench.store import Store
@@ -18,10 +19,10 @@ def measured(
     also of what there is when interrupted. For the arguments see `runner.run`.
 
     Raises:
-        InputError: the folder cannot be used.
+        InputError: the folder cannot be used, or another run uses it.
         KeyboardInterrupt: interrupted; whatever was finished is in the store.
     """
-    with Store(folder) as store:
+    with locked(folder), Store(folder) as store:
         store.put_selection(suite.selection())
         try:
             runner.run(suite, store, force=force, started_s=started_s)

@@ -20,12 +20,15 @@ FILE = "run.sqlite"
 _APPLICATION_ID = 0x504C4E42  # "PLNB"
 _VERSION = 1
 
+# In one transaction: killed in between, half of it would be taken for a stranger's file.
 _SCHEMA = f"""
+BEGIN;
 CREATE TABLE records ({", ".join(COLUMNS)}, UNIQUE ({", ".join(KEY)}));
 CREATE TABLE sessions (run_id PRIMARY KEY, session);
 CREATE TABLE selection (id INTEGER PRIMARY KEY CHECK (id = 1), selection);
 PRAGMA application_id = {_APPLICATION_ID};
 PRAGMA user_version = {_VERSION};
+COMMIT;
 """
 
 
