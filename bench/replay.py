@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -108,7 +108,7 @@ def _arena_of(selection: Mapping[str, Any], env: str | None, folder: Path) -> Ma
             raise InputError(f"{folder} has several environments; --env one of {', '.join(known)}")
         [id] = known
         return known[id]
-    id = _canonical(envs.REGISTRY.entry, env, known)
+    id = envs.REGISTRY.id_among(env, known)
     if id not in known:
         raise UnknownNameError(f"environment of {folder}", id, known)
     return known[id]
@@ -116,7 +116,7 @@ def _arena_of(selection: Mapping[str, Any], env: str | None, folder: Path) -> Ma
 
 def _planner_of(selection: Mapping[str, Any], planner: str, folder: Path) -> Entry[Planner]:
     known = selection["planners"]
-    id = _canonical(planners.REGISTRY.entry, planner, known)
+    id = planners.REGISTRY.id_among(planner, known)
     if id not in known:
         raise UnknownNameError(f"planner of {folder}", id, known)
     try:
@@ -125,16 +125,6 @@ def _planner_of(selection: Mapping[str, Any], planner: str, folder: Path) -> Ent
         raise InputError(
             f"no planner {id!r} is installed here; if it is in a file, name that by --planner-file"
         ) from error
-
-
-def _canonical(entry: Any, text: str, known: Iterable[str]) -> str:
-    """The canonical id of what `text` names; as it is where the run knows it so."""
-    if text in known:
-        return text
-    try:
-        return str(entry(text).id)
-    except UnknownNameError:  # which the run's own names say better
-        return text
 
 
 def _row(attempts: pd.DataFrame, problem: int, whose: str) -> Mapping[str, Any]:

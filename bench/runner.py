@@ -13,8 +13,6 @@ from functools import cached_property
 from time import monotonic
 from typing import Any
 
-import pandas as pd
-
 from bench import machine, training
 from bench.contestant import Contestant
 from bench.judge import Judge
@@ -105,13 +103,6 @@ def _announce_training(stages: Sequence[_Stage]) -> None:
         )
 
 
-def _of_these_versions(records: pd.DataFrame, suite: Suite) -> pd.DataFrame:
-    """The rows of the planners as they are now: what older versions did is measured again."""
-    versions = {planner.id: planner.spec.version for planner in suite.planners}
-    now: pd.DataFrame = records[records["planner_version"] == records["planner"].map(versions)]
-    return now
-
-
 class _Stage:
     """One arena of a run: what is still to be measured there, and its measuring."""
 
@@ -125,8 +116,8 @@ class _Stage:
         self._fingerprint = arena.env.fingerprint
         self._judge = Judge(arena.env)
         self._lock = threading.Lock()  # one result at a time is judged and stored
-        held = _of_these_versions(
-            store.records([self._fingerprint], suite.seed, suite.settings_digest), suite
+        held = store.records(
+            [self._fingerprint], suite.seed, suite.settings_digest, suite.planner_versions
         )
         reference = suite.stop.reference
         tried = held[held["status"] != Fault.SKIPPED.value]

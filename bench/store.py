@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple
 from pathlib import Path
 from types import TracebackType
@@ -105,9 +105,18 @@ class Store:
             )
 
     def records(
-        self, env_fingerprints: Sequence[str], problems_seed: int, settings: str
+        self,
+        env_fingerprints: Sequence[str],
+        problems_seed: int,
+        settings: str,
+        versions: Mapping[str, int] | None = None,
     ) -> pd.DataFrame:
-        """All records of some environments, a seed and a digest of settings, in order."""
+        """All records of some environments, a seed and a digest of settings, in order.
+
+        Args:
+            versions: of planners; what others or other versions of them did is left out. By
+                default nothing is.
+        """
         marks = ", ".join("?" * len(env_fingerprints))
         with self._lock:
             rows = self._connection.execute(
@@ -116,6 +125,8 @@ class Store:
                 (*env_fingerprints, problems_seed, settings),
             ).fetchall()
         found: pd.DataFrame = pd.DataFrame(rows, columns=list(COLUMNS))
+        if versions is not None:
+            found = found[found["planner_version"] == found["planner"].map(versions)]
         return found
 
     def put_selection(self, selection: dict[str, Any]) -> None:

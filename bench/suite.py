@@ -115,6 +115,11 @@ class Suite:
         text = json.dumps(self.settings, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
+    @property
+    def planner_versions(self) -> dict[str, int]:
+        """By the planners' ids. What another version did does not count as measured."""
+        return {entry.id: entry.spec.version for entry in self.planners}
+
     def selection(self) -> dict[str, Any]:
         """JSON data that says which records of a store this run is about."""
         return {
@@ -127,6 +132,7 @@ class Suite:
                 for arena in self.arenas
             ],
             "planners": [entry.id for entry in self.planners],
+            "planner_versions": self.planner_versions,
             "problems": self.problems,
             "seed": self.seed,
             "settings": self.settings,

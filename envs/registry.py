@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
@@ -211,6 +211,20 @@ class Registry(Generic[T]):
             return self._entry(spec, chosen)
         except InputError as error:
             raise InputError(f"{error} ({meant} is {spec.id})") from error
+
+    def id_among(self, text: str, known: Collection[str]) -> str:
+        """The canonical id of what `text` names; or `text` as it stands, where `known`, ids of some
+        record, has it so or it is not registered, which a record's ids may no longer be either.
+
+        Raises:
+            InputError: its arguments do not fit.
+        """
+        if text in known:
+            return text
+        try:
+            return self.entry(text).id
+        except UnknownNameError:
+            return text
 
     def _entry(self, spec: Spec, chosen: Mapping[str, str]) -> Entry[T]:
         self._check_class(spec)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from envs import Environment, InputError, Problem
-from envs.collision.fcl_model import DEFAULT_TOLERANCE
+from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.problem import Array
 from planners.base import Budget, Planner, PlannerResult, Status
 from planners.fast_marching import SpeedGrid, default_resolution
 from planners.grid_field import GridField
 
 _MAX_NODES = 20_000_000  # of a grid that scikit-fmm solves within a few GB
-
-_SAFE = 2 * DEFAULT_TOLERANCE  # what is free by this check is free to the judge, too
 
 
 class FastMarching(Planner):
@@ -60,7 +58,7 @@ class FastMarching(Planner):
         if path is None:
             return PlannerResult(Status.APPROXIMATE_SOLUTION)
         # The speed is not 0 within obstacles: what has no way round has a path through them.
-        [free] = self._env.paths_are_free([path], _SAFE)
+        [free] = self._env.paths_are_free([path], PLANNING_TOLERANCE)
         return PlannerResult(Status.EXACT_SOLUTION if free else Status.APPROXIMATE_SOLUTION, path)
 
     def times_and_speeds(self, source: Array, q: Array) -> tuple[Array, Array]:

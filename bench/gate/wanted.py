@@ -72,8 +72,7 @@ class Wanted:
 
     def _id(self, held: Baseline, where: str) -> str:
         known, name = held.planners, self.reference or ""
-        # A run may hold a planner that is no longer registered.
-        id = name if name in known else planners.REGISTRY.entry(name).id
+        id = planners.REGISTRY.id_among(name, known)
         if id not in known:
             raise InputError(f"--reference: {where} has no {name!r}; {suggestion(name, known)}")
         return id

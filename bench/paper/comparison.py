@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pandas as pd
@@ -11,19 +11,22 @@ import pandas as pd
 from bench import measuring
 from bench.paper import verdict
 from bench.paper.experiment import Experiment, Place, Section, Table
-from bench.paper.verdict import Verdict
-from bench.record import Verdict as Judged
+from bench.paper.verdict import Finding
 from bench.report import cells
+from bench.report.comparison import Verdict
 from bench.report.recorded import RecordedRun
-from bench.stats import wilson_interval
+from bench.report.summary import summarise
 from bench.suite import make_suite
 
-MEASURES = {
-    "time_s": ("solve_s", 3),
-    "length": ("length", 2),
-    "safety_margin": ("safety_margin", 2),
-}
-"""Columns of the paper's tables: that of records, and digits."""
+MEASURES = {"time_s": ("time s", 3), "length": ("length", 2), "safety_margin": ("margin", 2)}
+"""What the paper's tables have besides success: by the summary's names, titles and digits."""
+
+_OURS = ("env", "planner", "solved", "success_low", "success_high")
+_COMPARED = (
+    *("problems", "success_rate"),
+    *(f"{name}_{moment}" for name in MEASURES for moment in ("mean", "var")),
+)
+"""Columns of the summary; those that the paper has, too."""
 
 ALL = "all"
 """Stands for all environments of an experiment together."""
@@ -83,81 +86,59 @@ _HOW = (
 
 
 def rows_beside(run: RecordedRun, figures: pd.DataFrame) -> list[dict[str, Any]]:
-    """Ours and the paper's, a row for each planner in each environment that the paper lists.
+    """Ours and the paper's, a row for each planner in each environment that the paper lists: some
+    columns of the summary, the paper's with "paper_" in front, and the verdict.
 
     Args:
         figures: the paper's, with columns env (or `ALL`), planner, problems, success_rate, and
             mean and var of `MEASURES`.
     """
     rows = []
-    for env in figures["env"].unique():
-        records = run.records if env == ALL else run.records[run.records["env"] == env]
-        theirs = figures[figures["env"] == env].set_index("planner")
-        for planner in dict.fromkeys(planner for _, planner in run.order):
-            own = records[records["planner"] == planner]
-            paper = theirs.loc[planner] if planner in theirs.index else None
-            rows.append(_row(env, planner, own, paper))
+    planners = list(dict.fromkeys(planner for _, planner in run.order))
+    for env, theirs in figures.groupby("env", sort=False):
+        records = run.records.assign(env=ALL) if env == ALL else run.records
+        ours = summarise(records, [(str(env), planner) for planner in planners])
+        by_planner = theirs.set_index("planner").reindex(columns=_COMPARED)
+        rows += [_row(own, by_planner) for own in ours.to_dict("records")]
     return rows
 
 
-def _row(env: str, planner: str, records: pd.DataFrame, paper: Any) -> dict[str, Any]:
-    solved = records[records["outcome"] == Judged.VALID.value]
-    low, high = wilson_interval(len(solved), len(records))
-    row: dict[str, Any] = {
-        "env": env,
-        "planner": planner,
-        "problems": len(records),
-        "solved": len(solved),
-        "success_rate": len(solved) / len(records) if len(records) else math.nan,
-        "success_low": low,
-        "success_high": high,
-        "paper_problems": math.nan if paper is None else paper["problems"],
-        "paper_success_rate": math.nan if paper is None else paper["success_rate"],
-    }
-    for name, (column, _) in MEASURES.items():
-        values = solved[column].astype(float)
-        row |= {f"{name}_mean": values.mean(), f"{name}_var": values.var()}
-        for moment in ("mean", "var"):
-            known = paper is not None and f"{name}_{moment}" in paper
-            row[f"paper_{name}_{moment}"] = paper[f"{name}_{moment}"] if known else math.nan
-    found = _verdict(row)
-    return row | {"verdict": found.word, "reason": found.reason}
+def _row(ours: dict[Any, Any], theirs: pd.DataFrame) -> dict[str, Any]:
+    listed = ours["planner"] in theirs.index
+    paper = theirs.loc[ours["planner"]] if listed else pd.Series(math.nan, index=theirs.columns)
+    row = {name: ours[name] for name in (*_OURS, *_COMPARED)}
+    row |= {f"paper_{name}": float(paper[name]) for name in _COMPARED}
+    found = _finding(row)
+    return row | {"verdict": found.verdict.value, "reason": found.reason}
 
 
-def _verdict(row: dict[str, Any]) -> Verdict:
+def _finding(row: dict[str, Any]) -> Finding:
     if math.isnan(row["paper_success_rate"]):
-        return Verdict("not comparable", "not in the paper's table")
+        return Finding(Verdict.NOT_COMPARABLE, "not in the paper's table")
     found = verdict.of_success(
         row["solved"], row["problems"], row["paper_success_rate"], int(row["paper_problems"])
     )
     ratio = row["time_s_mean"] / row["paper_time_s_mean"]
     if math.isnan(ratio):
         return found
-    return Verdict(found.word, f"{found.reason}; {ratio:.2g} of its time, on another machine")
+    return replace(found, reason=f"{found.reason}; {ratio:.2g} of its time, on another machine")
 
 
 def _cells(row: dict[str, Any]) -> dict[str, str]:
+    paper_rate = 100 * row["paper_success_rate"]
     shown = {
         "env": row["env"],
         "planner": row["planner"],
         "n": f"{row['problems']}",
-        "success %": f"{_percent(row['success_rate'])} "
-        f"[{_percent(row['success_low'])}, {_percent(row['success_high'])}]",
-        "paper's": _percent(row["paper_success_rate"], "g"),
+        "success %": cells.success(row),
+        "paper's": "-" if math.isnan(paper_rate) else f"{paper_rate:g}",
     }
-    titles = {"time_s": "time s", "length": "length", "safety_margin": "margin"}
-    for name, (_, digits) in MEASURES.items():
-        shown[titles[name]] = _moments(row, name, digits)
-        shown[f"paper's {titles[name]}"] = _moments(row, f"paper_{name}", 2)
+    for name, (title, digits) in MEASURES.items():
+        shown[title] = _moments(row, name, digits)
+        shown[f"paper's {title}"] = _moments(row, f"paper_{name}", 2)
     return shown | {"verdict": f"**{row['verdict']}**: {row['reason']}"}
 
 
 def _moments(row: dict[str, Any], name: str, digits: int) -> str:
-    if math.isnan(row[f"{name}_mean"]):
-        return "-"
-    mean = cells.number(row[f"{name}_mean"], digits)
-    return mean if math.isnan(row[f"{name}_var"]) else f"{mean} ± {row[f'{name}_var']:.{digits}f}"
-
-
-def _percent(rate: float, form: str = ".1f") -> str:
-    return "-" if math.isnan(rate) else format(100 * rate, form)
+    mean, variance = (cells.number(row[f"{name}_{of}"], digits) for of in ("mean", "var"))
+    return mean if variance == "-" else f"{mean} ± {variance}"

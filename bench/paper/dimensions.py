@@ -15,7 +15,8 @@ import psutil
 
 import envs
 from bench.paper.experiment import Experiment, Place, Section, Table
-from bench.paper.offline import duration
+from bench.report import cells
+from bench.report.comparison import Verdict
 from planners.fast_marching import SpeedGrid
 
 logger = logging.getLogger(__name__)
@@ -74,7 +75,7 @@ class Dimensions(Experiment):
             "ief3d_data_s": row["solve_s"] * self.fields if solved else math.nan,
             "paper_solve_s": theirs["solve_s"],
             "paper_ief3d_data_s": theirs["ief3d_data_s"],
-            "verdict": "not comparable",
+            "verdict": Verdict.NOT_COMPARABLE.value,
             "reason": "other machines, one source" if solved else row["outcome"],
         }
 
@@ -137,9 +138,9 @@ def _cells(row: dict[str, Any]) -> dict[str, str]:
         "resolution": f"{row['resolution']}",
         "nodes": f"{row['nodes']:.3g}",
         "memory GB": f"{row['memory_gb']:.3g}",
-        "solve": duration(row["solve_s"]) if row["outcome"] == SOLVED else row["outcome"],
-        "paper's solve": duration(row["paper_solve_s"]),
-        "IEF3D's data": duration(row["ief3d_data_s"]),
-        "paper's data": duration(row["paper_ief3d_data_s"]),
+        "solve": cells.duration(row["solve_s"]) if row["outcome"] == SOLVED else row["outcome"],
+        "paper's solve": cells.duration(row["paper_solve_s"]),
+        "IEF3D's data": cells.duration(row["ief3d_data_s"]),
+        "paper's data": cells.duration(row["paper_ief3d_data_s"]),
         "verdict": f"**{row['verdict']}**: {row['reason']}",
     }

@@ -11,6 +11,8 @@ import pandas as pd
 import envs
 import planners
 from bench.paper.experiment import Experiment, Place, Section, Table
+from bench.report import cells
+from bench.report.comparison import Verdict
 from envs import InputError
 from planners import weight_files
 from planners.learned import LearnedPlanner
@@ -52,7 +54,7 @@ def _row(env: str, planner: str, theirs: pd.DataFrame) -> dict[str, Any]:
         "processor": described.get("processor", ""),
         "paper_data_s": math.nan if paper is None else float(paper["data_s"]),
         "paper_train_s": math.nan if paper is None else float(paper["train_s"]),
-        "verdict": "not comparable",
+        "verdict": Verdict.NOT_COMPARABLE.value,
         "reason": "no weights here" if manifest is None else _reason(paper),
     }
 
@@ -75,21 +77,10 @@ def _cells(row: dict[str, Any]) -> dict[str, str]:
     return {
         "env": row["env"],
         "planner": row["planner"],
-        "data": duration(row["data_s"]),
-        "paper's data": duration(row["paper_data_s"]),
-        "training": duration(row["train_s"]),
-        "paper's training": duration(row["paper_train_s"]),
+        "data": cells.duration(row["data_s"]),
+        "paper's data": cells.duration(row["paper_data_s"]),
+        "training": cells.duration(row["train_s"]),
+        "paper's training": cells.duration(row["paper_train_s"]),
         "machine": machine,
         "verdict": f"**{row['verdict']}**: {row['reason']}",
     }
-
-
-def duration(seconds: float) -> str:
-    """Seconds in the unit that suits them: s, min, h or d."""
-    if math.isnan(seconds):
-        return "-"
-    for least, unit in ((2 * 86_400, "d"), (2 * 3600, "h"), (120, "min")):
-        if seconds >= least:
-            length = {"d": 86_400, "h": 3600, "min": 60}[unit]
-            return f"{seconds / length:.1f} {unit}"
-    return f"{seconds:.3g} s"

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bench.report.comparison import Verdict
 from bench.stats import difference_interval
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """better, same (no difference shown), worse or not comparable, and why."""
+class Finding:
+    """A verdict on ours by the paper's, and why."""
 
-    word: str
+    verdict: Verdict
     reason: str
 
-    def __str__(self) -> str:
-        return f"{self.word}: {self.reason}"
 
-
-def of_success(solved: int, problems: int, rate: float, paper_problems: int) -> Verdict:
+def of_success(solved: int, problems: int, rate: float, paper_problems: int) -> Finding:
     """On our success against the paper's: whether the interval of the difference holds 0.
 
     Args:
@@ -26,13 +24,13 @@ def of_success(solved: int, problems: int, rate: float, paper_problems: int) -> 
         rate, paper_problems: the paper's, a fraction, and the number of its problems.
     """
     if problems == 0:
-        return Verdict("not comparable", "nothing was measured")
+        return Finding(Verdict.NOT_COMPARABLE, "nothing was measured")
     theirs = round(rate * paper_problems)
     low, high = difference_interval(solved, problems, theirs, paper_problems)
     gain = 100 * (solved / problems - rate)
     reason = f"success {gain:+.1f} points [{100 * low:+.1f}, {100 * high:+.1f}]"
     if low > 0:
-        return Verdict("better", reason)
+        return Finding(Verdict.BETTER, reason)
     if high < 0:
-        return Verdict("worse", reason)
-    return Verdict("same", reason)
+        return Finding(Verdict.WORSE, reason)
+    return Finding(Verdict.SAME, reason)

@@ -6,6 +6,7 @@ Each printed number is a rounding of one in `summary.csv`.
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 import pandas as pd
@@ -39,8 +40,7 @@ def success_rows(summary: pd.DataFrame, spread: str) -> list[dict[str, str]]:
             "env": row["env"],
             "planner": row["planner"],
             "problems": f"{row['problems']}",
-            "success %": f"{_percent(row['success_rate'])} "
-            f"[{_percent(row['success_low'])}, {_percent(row['success_high'])}]",
+            "success %": success(row),
             "time s": _moments(row, "time_s", spread, 3),
             "length": _moments(row, "length", spread, 2),
             "safety margin": _moments(row, "safety_margin", spread, 2),
@@ -65,9 +65,26 @@ def common_rows(common: pd.DataFrame) -> list[dict[str, str]]:
     ]
 
 
+def success(row: dict[Any, Any]) -> str:
+    """The success rate of a row of the summary, in percent, with its interval."""
+    rate, low, high = (_percent(row[f"success_{what}"]) for what in ("rate", "low", "high"))
+    return f"{rate} [{low}, {high}]"
+
+
 def number(value: float, digits: int) -> str:
     """A number with so many decimals, a dash for none."""
     return "-" if pd.isna(value) else f"{value:.{digits}f}"
+
+
+def duration(seconds: float) -> str:
+    """Seconds in the unit that suits them: s, min, h or d."""
+    if math.isnan(seconds):
+        return "-"
+    for least, unit in ((2 * 86_400, "d"), (2 * 3600, "h"), (120, "min")):
+        if seconds >= least:
+            length = {"d": 86_400, "h": 3600, "min": 60}[unit]
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds:.3g} s"
 
 
 def outcomes(row: dict[Any, Any]) -> dict[str, str]:

@@ -109,7 +109,12 @@ class RecordedRun:
 
 def _selected(store: Store, selection: dict[str, Any]) -> pd.DataFrame:
     fingerprints = [env["fingerprint"] for env in selection["envs"]]
-    rows = store.records(fingerprints, selection["seed"], selection["settings_digest"])
+    rows = store.records(
+        fingerprints,
+        selection["seed"],
+        selection["settings_digest"],
+        selection.get("planner_versions"),  # which older stores do not say
+    )
     wanted = rows["planner"].isin(selection["planners"]) & (rows["problem"] < selection["problems"])
     ranked = rows[wanted].assign(
         env_rank=rows["env_fingerprint"].map(fingerprints.index),

@@ -202,7 +202,7 @@ def test_too_few_problems_are_called_so(bench: Cli, tmp_path: Path, baseline: Pa
         (["--ratios", "", "--reference", "fmm"], "--ratios: unknown ''"),
         (["--ratios", "time"], "name with --reference"),
         (["--reference", "fmm"], "name with --ratios"),
-        (["--ratios", "time", "--reference", "fmn"], "or 'fmm'?"),
+        (["--ratios", "time", "--reference", "fmn"], "has no 'fmn'; did you mean 'fmm'?"),
         (["--ratios", "time", "--reference", "lazyprmstar"], "did you mean 'prmstar'"),
         (["--updat"], "did you mean '--update'"),
         (["--out", "no/comment.md"], "cannot write"),

@@ -13,12 +13,13 @@ from records import recorded, row
 
 import envs
 import planners
-from bench.paper import dimensions, offline, program, verdict
+from bench.paper import dimensions, program, verdict
 from bench.paper.comparison import ALL, Comparison, rows_beside
 from bench.paper.dimensions import LEFT_OUT, SOLVED, TOO_LARGE, Dimensions
 from bench.paper.experiment import Experiment, Place
 from bench.paper.offline import Offline
 from bench.paper.pictures import Fields, Paths
+from bench.report import cells
 from bench.stats import difference_interval
 from envs import InputError
 from planners.learned import LearnedPlanner
@@ -57,7 +58,7 @@ def test_a_difference_lies_within_its_interval_and_turns_with_it(
 )
 def test_verdicts_are_by_the_interval(solved: int, problems: int, rate: float, word: str) -> None:
     found = verdict.of_success(solved, problems, rate, 1000)
-    assert found.word == word
+    assert found.verdict.value == word
     if problems:
         assert f"{100 * (solved / problems - rate):+.1f} points" in found.reason
 
@@ -179,7 +180,7 @@ def test_what_describes_no_experiment_is_refused(text: str, said: str, tmp_path:
 
 
 def test_durations_have_the_unit_that_suits_them() -> None:
-    shown = [offline.duration(s) for s in (0.0081, 3.74, 100, 900, 9360, 200_000, math.nan)]
+    shown = [cells.duration(s) for s in (0.0081, 3.74, 100, 900, 9360, 200_000, math.nan)]
     assert shown == ["0.0081 s", "3.74 s", "100 s", "15.0 min", "2.6 h", "2.3 d", "-"]
 
 

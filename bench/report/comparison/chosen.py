@@ -42,16 +42,8 @@ def _planners(run: RecordedRun) -> list[str]:
 
 def _id_in(run: RecordedRun, name: str) -> str:
     known = _planners(run)
-    for id in (name, _canonical(name)):
-        if id in known:
-            return id
+    id = planners.REGISTRY.id_among(name, known)
+    if id in known:
+        return id
     folders = ", ".join(str(folder) for folder in run.folders)
     raise InputError(f"--planners: {folders} has no {name!r}; {suggestion(name, known)}")
-
-
-def _canonical(name: str) -> str:
-    """The id of a planner that is registered; a run may also hold one that no longer is."""
-    try:
-        return planners.REGISTRY.entry(name).id
-    except InputError:
-        return name
