@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
 import re
 import sys
 import time
 from collections.abc import Sequence
+from errno import EDQUOT, EFBIG, EIO, ENOSPC, EPIPE, EROFS
 from importlib import metadata
 from typing import NoReturn
 
@@ -20,6 +22,9 @@ from planners import files as planner_files
 
 BAD_INPUT, INTERRUPTED = 2, 130
 
+_NOT_WRITTEN = (EPIPE, ENOSPC, EDQUOT, EFBIG, EROFS, EIO)
+"""Errors of a full disk, and of output that nobody reads."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and gives the exit code."""
@@ -29,13 +34,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
         chosen.started_s = _since_process_start() if arguments is None else 0.0
         with planner_files.registered(chosen.planner_file):
             code: int = chosen.command(chosen)
+        print(end="", flush=True)  # what cannot be written shall fail here
     except InputError as error:
         print(f"bench: error: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         print("bench: interrupted; what was finished is kept", file=sys.stderr)
         return INTERRUPTED
+    except OSError as error:
+        if error.errno not in _NOT_WRITTEN:
+            raise
+        _let_go_of_output()
+        print(f"bench: error: cannot write: {error}; stored results are kept", file=sys.stderr)
+        return BAD_INPUT
     return code
+
+
+def _let_go_of_output() -> None:
+    """At its end, Python would try again to write what is left, and fail in its own words."""
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _since_process_start() -> float:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from bench.judge import Judgement
 from bench.process import Attempt, SetUp, WorkerProcess
-from bench.record import Record, Verdict
+from bench.record import Fault, Record, Verdict
 from bench.suite import Arena, Suite
 from envs import Problem
 from envs.registry import Entry
@@ -29,7 +29,8 @@ class Contestant:
     """Attempts problems in a worker process.
 
     The process starts with the first problem, sets the planner up and solves a throw-away
-    problem off the clock. If it dies, the problem at hand is lost and the next gets a new one.
+    problem off the clock. If it dies, the problem at hand is lost and the next gets a new one,
+    which is set up again.
 
     Args:
         costs: where seconds of setting up are added.
@@ -52,6 +53,8 @@ class Contestant:
         self._costs = costs
         self._worker: WorkerProcess | None = None
         self._set_up = unready
+        self._given_up = unready is not None
+        self._has_been_ready = False
         self._survives_warm_up = True
 
     def attempt(self, problem: Problem, stop_cost: float) -> Attempt:
@@ -104,23 +107,37 @@ class Contestant:
         )
 
     def _ready(self) -> SetUp:
-        """Sees to it that a process waits for a problem, unless setting up failed before."""
-        while self._set_up is None or not (self._set_up.fault or self._alive()):
-            self._worker = WorkerProcess(
-                self._arena.entry,
-                self._planner,
-                self._arena.env.fingerprint,
-                self._suite.memory_limit_mb,
-            )
-            seed = derived_seed("planner setup", self._suite.seed)
-            self._set_up = self._worker.set_up(seed, SETUP_LIMIT_S)
-            self._costs.setup_s += self._set_up.setup_s
-            if self._set_up.fault:
-                self._worker.close()
-            elif self._survives_warm_up:
-                self._worker.solve(self._arena.warm_up, self._suite.time_limit_s, math.inf)
-                self._survives_warm_up = self._alive()
+        """Sees to it that a process waits for a problem, unless setting up failed at first.
+
+        Where it went well before, its failing costs no more than the problem at hand. A first
+        process that dies may have been killed from outside, so that another is tried.
+        """
+        if self._set_up is None or not (self._given_up or self._alive()):
+            self._set_up = self._started()
+            if self._set_up.fault == Fault.CRASH.value and not self._has_been_ready:
+                self._set_up = self._started()
+            self._given_up = bool(self._set_up.fault) and not self._has_been_ready
         return self._set_up
+
+    def _started(self) -> SetUp:
+        """How setting up went in a new process."""
+        self._worker = WorkerProcess(
+            self._arena.entry,
+            self._planner,
+            self._arena.env.fingerprint,
+            self._suite.memory_limit_mb,
+        )
+        seed = derived_seed("planner setup", self._suite.seed)
+        set_up = self._worker.set_up(seed, SETUP_LIMIT_S)
+        self._costs.setup_s += set_up.setup_s
+        if set_up.fault:
+            self._worker.close()
+            return set_up
+        self._has_been_ready = True
+        if self._survives_warm_up:
+            self._worker.solve(self._arena.warm_up, self._suite.time_limit_s, math.inf)
+            self._survives_warm_up = self._alive()
+        return set_up if self._alive() else self._started()
 
     def _alive(self) -> bool:
         return self._worker is not None and self._worker.alive

@@ -26,8 +26,14 @@ def measured(
         store.put_selection(suite.selection())
         try:
             runner.run(suite, store, force=force, started_s=started_s)
-        finally:
-            recorded = RecordedRun.of(store, folder)
-            files.write(recorded, folder, files.OF_RUNS)
-            files.write_manifest(recorded, folder)
+        except KeyboardInterrupt:
+            _reported(store, folder)
+            raise
+        return _reported(store, folder)
+
+
+def _reported(store: Store, folder: Path) -> RecordedRun:
+    recorded = RecordedRun.of(store, folder)
+    files.write(recorded, folder, files.OF_RUNS)
+    files.write_manifest(recorded, folder)
     return recorded

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -15,6 +14,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 import psutil
+
+from envs.whole_file import whole_file
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -72,9 +73,8 @@ def _read(kept: Path, none: D) -> tuple[D, float]:
 
 
 def _write(kept: Path, made: Pieces, seconds: float) -> None:
-    part = kept.with_name(f"{os.getpid()}.part.{kept.name}")
-    np.savez(part, seconds=seconds, **vars(made))
-    part.replace(kept)
+    with whole_file(kept) as part:
+        np.savez(part, seconds=seconds, **vars(made))
 
 
 def in_parallel(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, field
@@ -17,7 +16,9 @@ import torch
 from torch import Tensor, nn
 
 from envs import Environment, InputError
+from envs.errors import reason
 from envs.seeding import derived_seed, stream
+from envs.whole_file import whole_file
 
 _CHECKPOINT_EVERY_S = 20.0
 _LOSSES_KEPT = 50
@@ -164,12 +165,18 @@ class TrainingState:
         return TrainingState(net, deepcopy(net), optimiser)
 
     def save(self, file: Path) -> None:
-        """Writes a checkpoint, whole or not at all."""
+        """Writes a checkpoint, whole or not at all.
+
+        Raises:
+            InputError: there is no room for it.
+        """
         state: dict[str, Any] = {name: getattr(self, name) for name in self._PLAIN}
         state |= {name: getattr(self, name).state_dict() for name in self._MODULES}
-        part = file.with_name(f"{file.name}.{os.getpid()}.part")
-        torch.save(state, part)
-        part.replace(file)
+        try:
+            with whole_file(file) as part:
+                torch.save(state, part)
+        except (OSError, RuntimeError) as error:  # PyTorch's own for a full disk is the latter
+            raise InputError(f"cannot write {file}: {reason(error)}") from error
 
     def load(self, file: Path) -> None:
         """Goes on from a checkpoint.

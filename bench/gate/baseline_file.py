@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +15,7 @@ from bench.gate.baseline import MEASURES, Baseline, Row
 from envs import InputError
 from envs.errors import suggestion
 from envs.problem import Array
+from envs.whole_file import whole_file
 
 VERSION = "1"
 
@@ -68,14 +68,10 @@ def write(baseline: Baseline, file: Path) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*COLUMNS, *baseline.measures])
     writer.writerows(_written(row) for _, row in sorted(baseline.rows.items()))
-    part = file.with_name(f".{file.name}.{os.getpid()}.part")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        try:
+        with whole_file(file) as part:
             part.write_text(text.getvalue(), encoding="utf-8")
-            part.replace(file)
-        finally:
-            part.unlink(missing_ok=True)
     except OSError as error:
         raise InputError(f"cannot write {file}: {error}") from error
 

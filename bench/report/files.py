@@ -11,6 +11,7 @@ from pathlib import Path
 from bench.report.recorded import RecordedRun
 from envs import InputError
 from envs.errors import suggestion
+from envs.whole_file import whole_file
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,8 @@ class Format:
     def write(self, run: RecordedRun, folder: Path) -> None:
         """Writes the file into an existing folder."""
         writer: Callable[[RecordedRun, Path], None] = importlib.import_module(self.module).write
-        writer(run, folder / self.file)
+        with whole_file(folder / self.file) as part:
+            writer(run, part)
 
 
 FORMATS = {
@@ -78,4 +80,9 @@ def write_manifest(run: RecordedRun, folder: Path) -> None:
         "overhead_share": round(1 - planning / capacity, 4) if capacity else None,
         "sessions": run.sessions,
     }
-    (folder / "manifest.json").write_text(json.dumps(manifest, indent=2) + "\n", encoding="utf-8")
+    file = folder / "manifest.json"
+    try:
+        with whole_file(file) as part:
+            part.write_text(json.dumps(manifest, indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"cannot write {file}: {error}") from error

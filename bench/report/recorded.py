@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 
 from bench.report.summary import common_problems, summarise
-from bench.store import Store
+from bench.store import StoredRecords
 from envs import InputError
 
 
@@ -35,7 +35,7 @@ class RecordedRun:
     spread: str = "std"
 
     @staticmethod
-    def of(store: Store, folder: Path) -> RecordedRun:
+    def of(store: StoredRecords, folder: Path) -> RecordedRun:
         """What was last asked for in an open store.
 
         Raises:
@@ -54,7 +54,7 @@ class RecordedRun:
         Raises:
             InputError: there is no such store, or nothing in it yet.
         """
-        with Store(folder, create=False) as store:
+        with StoredRecords(folder) as store:
             return RecordedRun.of(store, folder)
 
     @staticmethod
@@ -107,7 +107,7 @@ class RecordedRun:
         return "\n\n".join(_caption(selection) for selection in self.selections)
 
 
-def _selected(store: Store, selection: dict[str, Any]) -> pd.DataFrame:
+def _selected(store: StoredRecords, selection: dict[str, Any]) -> pd.DataFrame:
     fingerprints = [env["fingerprint"] for env in selection["envs"]]
     rows = store.records(
         fingerprints,

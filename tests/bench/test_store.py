@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from bench.record import KEY, Record, decode_path, encode_path, outcome
-from bench.store import Store
+from bench.store import Store, StoredRecords
 from envs import InputError
 
 PATH = np.array([[0.0, 1], [2, 3], [4, 5]])
@@ -53,7 +53,7 @@ RECORD = Record(
 def test_what_is_put_is_found(tmp_path: Path) -> None:
     with Store(tmp_path) as store:
         store.put(RECORD)
-    with Store(tmp_path, create=False) as store:
+    with StoredRecords(tmp_path) as store:
         [row] = store.records(["f"], 7, "s").to_dict("records")
     assert row == {**vars(RECORD)}
     assert (decode_path(row["path"]) == PATH).all()

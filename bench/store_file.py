@@ -1,0 +1,221 @@
+"""A store's SQLite file: made, checked, brought up to date, and its faults put into words."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from hashlib import blake2b
+from pathlib import Path
+from urllib.parse import quote
+
+from bench.record import COLUMNS, KEY
+from envs import InputError
+
+FILE = "run.sqlite"
+TABLES = {
+    "records": COLUMNS,
+    "sessions": ("run_id", "session"),
+    "selection": ("id", "selection"),
+}
+"""The columns of each table, without the digest of a row, which is its last."""
+
+_APPLICATION_ID = 0x504C4E42  # "PLNB"
+_VERSION = 2  # 1 had no digests
+_READABLE = (1, _VERSION)
+
+# In one transaction: killed in between, half of it would be taken for a stranger's file.
+_SCHEMA = f"""
+BEGIN;
+CREATE TABLE records ({", ".join(COLUMNS)}, digest, UNIQUE ({", ".join(KEY)}));
+CREATE TABLE sessions (run_id PRIMARY KEY, session, digest);
+CREATE TABLE selection (id INTEGER PRIMARY KEY CHECK (id = 1), selection, digest);
+PRAGMA application_id = {_APPLICATION_ID};
+PRAGMA user_version = {_VERSION};
+COMMIT;
+"""
+
+
+def digest(columns: Sequence[str]) -> str:
+    """SQL for the digest of a row with these columns or values, as the database holds them."""
+    return f"row_digest({', '.join(columns)})"
+
+
+def _digested(table: str) -> str:
+    return (
+        f"ALTER TABLE {table} ADD COLUMN digest;\n"
+        f"UPDATE {table} SET digest = {digest(TABLES[table])};\n"
+    )
+
+
+_BRING_UP_TO_DATE = f"""
+BEGIN;
+{"".join(_digested(table) for table in TABLES)}
+PRAGMA user_version = {_VERSION};
+COMMIT;
+"""
+
+
+def opened_to_write(folder: Path) -> sqlite3.Connection:
+    """The store of a folder, both made if missing; an older version's becomes one of this.
+
+    Raises:
+        InputError: the folder cannot be used, or the file there is not a store, or is damaged.
+    """
+    file = folder / FILE
+    with in_words(file):
+        folder.mkdir(parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK):
+            raise InputError(f"{folder} is read-only; choose another --out")
+        return _checked(_connected(file, "rwc"), file, _make_ready)
+
+
+def opened_to_read(folder: Path) -> sqlite3.Connection:
+    """The store of a folder, of which nothing is changed; the folder may be read-only.
+
+    Raises:
+        InputError: there is none, or it is damaged.
+    """
+    file = folder / FILE
+    if not file.is_file():
+        raise InputError(f"{folder} holds no {FILE}; name a folder that `bench run` wrote")
+    with in_words(file):
+        return _checked(_connected(file, _reading(file)), file, _refuse_if_empty)
+
+
+@contextmanager
+def in_words(file: Path) -> Iterator[None]:
+    """Says in a line what is wrong with a store's file, or with the disk it is on.
+
+    Raises:
+        InputError: in place of SQLite's and the system's errors.
+    """
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise InputError(_said(file, str(error))) from error
+    except OSError as error:
+        raise InputError(f"cannot use {file} as a store: {error}") from error
+
+
+def _said(file: Path, error: str) -> str:
+    if "full" in error or "I/O" in error:
+        return (
+            f"cannot write to {file}: {error}; make room and give the same command again: "
+            "what was finished is kept"
+        )
+    if "malformed" in error:
+        return _damaged(file, error)
+    return f"cannot use {file} as a store: {error}"
+
+
+def _damaged(file: Path, what: str) -> str:
+    return f"{file} is damaged: {what}; put a copy of it back, or choose another folder"
+
+
+def _reading(file: Path) -> str:
+    """How SQLite is to open a store to read it. Beside a store of this kind it makes small files,
+    which a read-only folder does not let it; without them it must know that nobody writes."""
+    with closing(_connected(file, "rw")) as connection:
+        try:
+            connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+            return "rw"
+        except sqlite3.OperationalError:
+            waiting = file.with_name(f"{FILE}-wal")
+            if waiting.is_file() and waiting.stat().st_size:
+                raise InputError(
+                    f"{file} ends in {waiting.name}, which cannot be read in a read-only folder; "
+                    "copy the folder to where you may write"
+                ) from None
+            return "ro&immutable=1"
+
+
+def _connected(file: Path, mode: str) -> sqlite3.Connection:
+    if file.is_file() and file.stat().st_size:
+        _check_magic(file)
+    # Threads take turns, see `bench.store`.
+    uri = f"file:{quote(str(file.absolute()))}?mode={mode}"
+    connection = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=30)
+    connection.create_function("row_digest", -1, _row_digest, deterministic=True)
+    return connection
+
+
+def _row_digest(*values: float | str | bytes | None) -> str:
+    return blake2b(repr(values).encode(), digest_size=8).hexdigest()
+
+
+def _check_magic(file: Path) -> None:
+    """SQLite itself would take a file of a few bytes for an empty database."""
+    with file.open("rb") as opened:
+        if not opened.read(16).startswith(b"SQLite format 3\0"):
+            raise InputError(f"cannot use {file} as a store: it is another kind of file")
+
+
+def _checked(
+    connection: sqlite3.Connection,
+    file: Path,
+    prepare: Callable[[sqlite3.Connection, Path], None],
+) -> sqlite3.Connection:
+    """The connection, if the file is a store and whole; else it is closed."""
+    try:
+        prepare(connection, file)
+        _check_pages(connection, file)
+        if _version(connection, file) == _VERSION:
+            _check_rows(connection, file)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _make_ready(connection: sqlite3.Connection, file: Path) -> None:
+    version = _version(connection, file)
+    if version is None:
+        connection.executescript(_SCHEMA)
+    elif version < _VERSION:
+        _check_pages(connection, file)
+        connection.executescript(_BRING_UP_TO_DATE)
+    connection.execute("PRAGMA journal_mode = WAL")
+    connection.execute("PRAGMA synchronous = FULL")
+
+
+def _refuse_if_empty(connection: sqlite3.Connection, file: Path) -> None:
+    if _version(connection, file) is None:
+        raise InputError(f"{file} holds no run yet")
+
+
+def _version(connection: sqlite3.Connection, file: Path) -> int | None:
+    """Of a store; None for a database in which nothing was made yet."""
+    [tables] = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    if tables == 0:
+        return None
+    [application] = connection.execute("PRAGMA application_id").fetchone()
+    if application != _APPLICATION_ID:
+        raise InputError(f"{file} is not a store of this program; choose another folder")
+    version: int
+    [version] = connection.execute("PRAGMA user_version").fetchone()
+    if version not in _READABLE:
+        raise InputError(
+            f"{file} is a store of version {version}, this program knows "
+            f"{' and '.join(map(str, _READABLE))}; use the program that made it, or choose "
+            "another folder"
+        )
+    return version
+
+
+def _check_pages(connection: sqlite3.Connection, file: Path) -> None:
+    """SQLite's own look at all pages and indices."""
+    found = [text for (text,) in connection.execute("PRAGMA integrity_check(1)")]
+    if found != ["ok"]:
+        raise InputError(_damaged(file, " ".join(found[0].split())))
+
+
+def _check_rows(connection: sqlite3.Connection, file: Path) -> None:
+    """What the pages hold is what was put there, which SQLite does not check."""
+    for table, columns in TABLES.items():
+        [wrong] = connection.execute(
+            f"SELECT count(*) FROM {table} WHERE digest IS NOT {digest(columns)}"
+        ).fetchone()
+        if wrong:
+            raise InputError(_damaged(file, f"{wrong} of its {table} are not what was stored"))
