@@ -18,7 +18,7 @@ from typing import Any
 
 import psutil
 
-from bench import wire
+from bench import process_group, wire
 from bench.record import Fault
 from envs import Problem
 from envs.problem import Array
@@ -113,11 +113,9 @@ class WorkerProcess:
     def set_up(self, seed: int, limit_s: float) -> SetUp:
         """Makes environment and planner in the process and calls the planner's `setup`."""
         request = {**self._described, "seed": seed, "memory_limit_mb": self._memory_limit_mb}
-        begin = monotonic()
         answer, _ = self._ask(request, limit_s)
         if answer["status"]:
-            spent = answer.get("setup_s", monotonic() - begin)
-            return SetUp(answer["status"], answer["error"], spent)
+            return SetUp(answer["status"], answer["error"], answer["setup_s"])
         return SetUp("", "", answer["setup_s"], answer["train_s"])
 
     def solve(self, problem: Problem, time_limit_s: float, stop_cost: float) -> Attempt:
@@ -133,12 +131,10 @@ class WorkerProcess:
             "stop_cost": stop_cost,
         }
         os.ftruncate(self._log.fileno(), 0)
-        begin = monotonic()
         answer, path = self._ask(request, hard_limit_s)
-        solve_s = answer.get("solve_s", monotonic() - begin)
         return Attempt(
             answer["status"],
-            solve_s,
+            answer["solve_s"],
             path,
             answer["error"],
             answer.get("stats", {}),
@@ -156,10 +152,10 @@ class WorkerProcess:
         return self._process.returncode
 
     def close(self) -> None:
-        """Ends the process and whatever it started.
+        """Ends the process and whatever of its group it leaves behind.
 
         One that waits for a problem sees that its parent hung up and ends of itself; one that is
-        working is killed.
+        working is killed. A helper that made a session of its own is out of reach.
         """
         if self._closed:
             return
@@ -168,9 +164,9 @@ class WorkerProcess:
         if not self._working:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(_GOODBYE_S)
-        with contextlib.suppress(ProcessLookupError):  # the group outlives its first process
-            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.kill()
         self._process.wait()
+        process_group.end(self._process.pid)
         self._log.close()
 
     def _ask(self, request: wire.Message, limit_s: float) -> tuple[wire.Message, Array | None]:
@@ -191,7 +187,8 @@ class WorkerProcess:
         except (ValueError, KeyError, TypeError) as error:
             nonsense = f"sent what is no message: {error!r}"
             fault = functools.partial(self._fault, Fault.CRASH, nonsense)
-        described = fault()
+        spent = dict.fromkeys(("setup_s", "solve_s"), monotonic() - begin)
+        described = {**fault(), **spent}
         self.close()
         return described, None
 

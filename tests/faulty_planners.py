@@ -5,14 +5,23 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
+import signal
 import subprocess
 import time
 
 import numpy as np
+import psutil
 
 from envs import Environment, Problem, Spec
 from envs.scenes.cluttered import Cluttered3D
 from planners import Budget, Planner, PlannerResult, Status
+
+_CHILD = ["sleep", "98765"]
+
+
+def children_left() -> list[psutil.Process]:
+    """Those of planners that leave one."""
+    return [p for p in psutil.process_iter(["cmdline"]) if p.info["cmdline"] == _CHILD]
 
 
 def _claim(*waypoints: np.ndarray) -> PlannerResult:
@@ -48,8 +57,16 @@ class LeavesChild(Planner):
     """Starts a process that holds on to everything, and dies."""
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
-        subprocess.Popen(["sleep", "98765"], close_fds=False)
+        subprocess.Popen(_CHILD, close_fds=False)
         os._exit(3)
+
+
+class LeavesStubbornChild(LeavesChild):
+    """The process does not end when asked."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # and so does what it starts
+        return super().solve(problem, budget)
 
 
 class SpeaksOutOfTurn(Planner):
@@ -257,4 +274,5 @@ SPECS = [
     spec(Moody, "moody"),
     spec(TellsThreads, "tells-threads"),
     spec(Counts, "counts"),
+    spec(LeavesStubbornChild, "leaves-stubborn-child"),
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import faulty_planners
 import psutil
 import pytest
 
@@ -41,6 +42,16 @@ def test_one_that_hangs_is_gone_at_once(c3d: Environment, faulty: list[str]) -> 
     assert 1.0 < attempt.solve_s < 4.0
     assert not asked.alive
     assert not psutil.Process().children()
+
+
+def test_what_it_leaves_behind_is_killed_off_the_clock(c3d: Environment, faulty: list[str]) -> None:
+    asked = worker(c3d, "leaves-stubborn-child")
+    assert not asked.set_up(1, 60).fault
+    attempt = asked.solve(c3d.sample_problems(1, 0)[0], 5, math.inf)
+    assert attempt.status == Fault.CRASH.value
+    assert attempt.solve_s is not None
+    assert attempt.solve_s < 1.5, "its child was given 2 s to end"
+    assert not faulty_planners.children_left()
 
 
 def test_one_that_never_solved_anything_ends_too(c3d: Environment) -> None:
