@@ -1,0 +1,17 @@
+"""The command line, with an eighth of the training that NTFields gets in rooms."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+from bench import cli
+from planners import learning
+from planners.fields.methods import IN_ROOMS
+from planners.training import Recipe
+
+if __name__ == "__main__":
+    whole = IN_ROOMS["ntfields"]
+    IN_ROOMS["ntfields"] = replace(whole, recipe=Recipe(steps=whole.recipe.steps // 8))
+    learning._VALIDATION_PROBLEMS = 2
+    sys.exit(cli.main(sys.argv[1:]))
