@@ -66,7 +66,7 @@ def typed_arguments(
     takes_any = any(p.kind is p.VAR_KEYWORD for p in parameters.values())
     typed: dict[str, Any] = {}
     for key, text in chosen.items():
-        if key not in named and (key in fixed or not takes_any):
+        if key not in named and (key in fixed or key in parameters or not takes_any):
             raise InputError(f"{id} has no argument {key!r}; {suggestion(key, named)}")
         value = _typed(text, hints.get(key) if key in named else None, f"{id}:{key}")
         if key not in named or value != parameters[key].default:

@@ -7,11 +7,31 @@ InputError                  one clear line: what was wrong, what to do; the CLI 
 from __future__ import annotations
 
 import difflib
+import reprlib
 from collections.abc import Iterable
+
+_MOST = 1000
+"""Characters of a message; what is longer nobody reads."""
 
 
 class InputError(ValueError):
-    """Bad input from outside. The message is one line meant for a person."""
+    """Bad input from outside. The message is one line meant for a person.
+
+    It may quote whatever came from outside: characters that do not print, such as line breaks and
+    what moves a terminal's cursor, are written as in Python's literals, and the middle of a message
+    of more than a thousand characters is left out.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(_printable(message))
+
+
+def _printable(text: str) -> str:
+    if len(text) > _MOST:
+        text = f"{text[: _MOST // 2]} [...] {text[-_MOST // 2 :]}"
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
+    )
 
 
 class UnknownNameError(InputError):
@@ -28,6 +48,14 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     if near:
         return "did you mean " + " or ".join(repr(n) for n in near) + "?"
     return "choose from: " + ", ".join(names) if names else "there is nothing to choose from"
+
+
+def brief(value: object) -> str:
+    """A value from outside as Python writes it, shortened if it is long or deep."""
+    try:
+        return reprlib.repr(value)
+    except ValueError:  # Python's, of an integer of thousands of digits
+        return f"{type(value).__name__} with too many digits"
 
 
 def reason(error: BaseException) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -132,19 +133,21 @@ def check_weights(planner: Planner, env: Environment) -> None:
 
 
 def checked_device(name: str) -> str:
-    """The name of a device of PyTorch that is there.
+    """The name of a device of PyTorch that is there: "cpu", "cuda" or "cuda:INDEX".
 
     Raises:
         InputError: it is not.
     """
     if name == "cpu":
         return name
+    chosen = re.fullmatch("cuda(?::([0-9]{1,3}))?", name)
+    if chosen is None:
+        raise InputError(f"no device is called {name!r}; choose cpu or cuda")
     import torch  # takes seconds, which other planners need not pay
 
-    try:
-        kind = torch.device(name).type
-    except RuntimeError:
-        raise InputError(f"no device is called {name!r}; choose cpu or cuda") from None
-    if kind == "cuda" and not torch.cuda.is_available():
+    if not torch.cuda.is_available():
         raise InputError("no CUDA device is available here; choose cpu")
+    count = torch.cuda.device_count()
+    if int(chosen[1] or 0) >= count:
+        raise InputError(f"{name} is not among the {count} CUDA devices here; they count from 0")
     return name

@@ -13,11 +13,11 @@ import numpy as np
 from envs import Environment, InputError, Problem
 from envs.collision.fcl_model import PLANNING_TOLERANCE, CollisionModel
 from envs.collision.shapes import Mesh
-from envs.errors import suggestion
 from envs.problem import Array
 from envs.seeding import training_seed
 from planners import ompl_import
 from planners.base import Budget, Planner, PlannerResult, Status
+from planners.ompl_parameters import set_parameters
 
 _ROADMAPS = ("PRMstar", "LazyPRMstar")
 
@@ -25,6 +25,7 @@ PAPERS = math.nan
 """Stands for the seconds of growing a roadmap that the paper's tables have: it plans with one
 where obstacles are meshes (Gibson), by LazyPRM*, and without one elsewhere."""
 _PAPERS_ROADMAP_S = 40.0
+_MOST_ROADMAP_S = 86_400  # a day
 
 _GROWTH_OF_LAZY_ROADMAP = 0.02
 """The share of its time in which LazyPRM*'s roadmap grows; in the rest its edges are checked. In a
@@ -57,10 +58,12 @@ class OmplPlanner(Planner):
     Args:
         algorithm: the class in `ompl.geometric`.
         simplify: shorten and smooth the path with OMPL's PathSimplifier, on the clock.
-        roadmap_s: at most so many seconds of growing a roadmap offline. PRM* keeps it, and lets it
-            grow, from problem to problem; LazyPRM*, whose later edges are unchecked, begins each
-            problem with it as it was. 0 plans every problem from nothing. By default see `PAPERS`.
-        parameters: of the OMPL planner, by OMPL's names ("range", "goal_bias", ...).
+        roadmap_s: at most so many seconds of growing a roadmap offline, no more than a day. PRM*
+            keeps it, and lets it grow, from problem to problem; LazyPRM*, whose later edges are
+            unchecked, begins each problem with it as it was. 0 plans every problem from nothing.
+            By default see `PAPERS`.
+        parameters: of the OMPL planner, by OMPL's names ("range", "goal_bias", ...), see
+            `ompl_parameters.set_parameters`.
 
     Raises:
         InputError: a parameter is unknown to the algorithm, or its value is refused.
@@ -74,8 +77,8 @@ class OmplPlanner(Planner):
         roadmap_s: float = PAPERS,
         **parameters: Any,
     ) -> None:
-        if not (0 <= roadmap_s < math.inf or math.isnan(roadmap_s)):
-            raise InputError(f"roadmap_s must be at least 0 and finite, not {roadmap_s}")
+        if not (0 <= roadmap_s <= _MOST_ROADMAP_S or math.isnan(roadmap_s)):
+            raise InputError(f"roadmap_s must be between 0 and {_MOST_ROADMAP_S}, not {roadmap_s}")
         if roadmap_s > 0 and algorithm not in _ROADMAPS:
             raise InputError(f"{algorithm} keeps no roadmap; roadmap_s is for PRM* and LazyPRM*")
         self._algorithm = algorithm
@@ -228,21 +231,8 @@ class OmplPlanner(Planner):
 
     def _with_parameters(self, planner: Any) -> Any:
         _, _, util = _ompl()
-        names = util.vectorString()
-        planner.params().getParamNames(names)
         own = ["simplify", *(["roadmap_s"] if self._algorithm in _ROADMAPS else [])]
-        for name, value in self._parameters.items():
-            if name not in names:
-                known = ", ".join([*names, *own])
-                near = suggestion(name, [*names, *own])
-                hint = f"; {near}" if near.startswith("did") else ""
-                raise InputError(f"{self._algorithm} has no parameter {name!r}{hint} ({known})")
-            try:
-                taken = planner.params().setParam(name, value)
-            except RuntimeError:  # OMPL's, for text that is no number
-                taken = False
-            if not taken:
-                raise InputError(f"{self._algorithm} refuses {name}={value}")
+        set_parameters(planner, self._algorithm, self._parameters, own, util.vectorString())
         return planner
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -21,10 +20,23 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError
 
 from envs import InputError
+from envs.errors import brief
+from envs.whole_file import whole_file
 
 FORMAT = 1
 _MOST_BYTES = 64 * 2**20  # of weights; those of this project have under two MB
 _MOST_MANIFEST_BYTES = 2**20
+_MOST_S = 1e9  # of data and of training
+
+_TIMES = ("data_s", "train_s")
+_TYPES: Mapping[str, type | tuple[type, ...]] = {
+    **dict.fromkeys(("planner", "env", "env_fingerprint", "command", "sha256"), str),
+    **dict.fromkeys(("settings", "machine"), dict),
+    **dict.fromkeys(("losses", "validation"), list),
+    **dict.fromkeys(_TIMES, (int, float)),
+    "seed": int,
+}
+"""What the values of a manifest are in JSON."""
 
 Tensors = Mapping[str, NDArray[Any]]
 
@@ -167,23 +179,18 @@ def _read_manifest(file: Path) -> Manifest:
     wanted = {f.name for f in fields(Manifest)}
     if not isinstance(described, dict) or set(described) != wanted:
         raise InputError(f"{file} is not a manifest of weights")
-    if described["format"] != FORMAT:
-        raise InputError(f"{file} has format {described['format']!r}, this program reads {FORMAT}")
-    texts = ("planner", "env", "env_fingerprint", "sha256")
-    times = ("data_s", "train_s")
-    if not (
-        all(isinstance(described[k], str) for k in texts)
-        and all(isinstance(described[k], (int, float)) for k in times)
-        and isinstance(described["settings"], dict)
-    ):
-        raise InputError(f"{file} is not a manifest of weights: a value has the wrong type")
+    form = described["format"]
+    if form != FORMAT:
+        raise InputError(f"{file} has format {brief(form)}, this program reads {FORMAT}")
+    for key, types in _TYPES.items():
+        if not isinstance(described[key], types):
+            raise InputError(f"{file} is not a manifest of weights: {key} has the wrong type")
+    for key in _TIMES:
+        if not 0 <= described[key] <= _MOST_S:
+            raise InputError(f"{file} is not a manifest of weights: {key} is no number of seconds")
     return Manifest(**described)
 
 
 def _replace(file: Path, data: bytes) -> None:
-    part = file.with_name(f"{file.name}.{os.getpid()}.part")
-    try:
+    with whole_file(file) as part:
         part.write_bytes(data)
-        part.replace(file)
-    finally:
-        part.unlink(missing_ok=True)

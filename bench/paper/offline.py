@@ -44,7 +44,7 @@ class Offline(Experiment):
 def _row(env: str, planner: str, theirs: pd.DataFrame) -> dict[str, Any]:
     manifest = _manifest(env, planner)
     paper: Any = theirs.loc[(env, planner)] if (env, planner) in theirs.index else None
-    described: Any = {} if manifest is None else manifest.machine["machine"]
+    described: Any = {} if manifest is None else manifest.machine.get("machine", {})
     return {
         "env": env,
         "planner": planner,

@@ -17,7 +17,7 @@ from bench.paper.experiment import Experiment, Place, Section
 from bench.paper.offline import Offline
 from bench.paper.pictures import Fields, Paths
 from envs import InputError
-from envs.errors import UnknownNameError, suggestion
+from envs.errors import UnknownNameError, brief, suggestion
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -117,12 +117,12 @@ def _gather(experiments: Sequence[Experiment], folder: Path) -> None:
 def _read(file: Path) -> Experiment:
     try:
         data = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # TOML's own, of the encoding, of long integers
         raise InputError(f"{file} is not TOML: {error}") from error
     kind = data.pop("kind", None)
-    if kind not in KINDS:
-        raise InputError(f"{file}: kind {kind!r}; {suggestion(str(kind), KINDS)}")
-    made = KINDS[kind]
+    made = KINDS.get(kind) if isinstance(kind, str) else None
+    if made is None:
+        raise InputError(f"{file}: kind {brief(kind)}; {suggestion(brief(kind), KINDS)}")
     known = {one.name: one for one in fields(made) if one.name != "name"}
     for key in data:
         if key not in known:
@@ -146,8 +146,8 @@ def _checked(value: Any, wanted: Any, what: str) -> Any:
         return {key: _checked(v, arguments[1], what) for key, v in value.items()}
     elif origin is types.UnionType:
         return _checked(value, arguments[0], what)  # TOML has no None
-    elif wanted is float and type(value) in (int, float):
+    elif wanted is float and type(value) in (int, float) and abs(value) <= sys.float_info.max:
         return float(value)
     elif type(value) is wanted:
         return value
-    raise InputError(f"{what}: {value!r} is not of the kind that belongs there")
+    raise InputError(f"{what}: {brief(value)} is not of the kind that belongs there")

@@ -14,6 +14,7 @@ import numpy as np
 import trimesh
 
 from envs.collision.shapes import Box, Cylinder, Mesh, Solid, Sphere
+from envs.errors import InputError
 from envs.problem import Array
 
 
@@ -29,6 +30,9 @@ def cover(solid: Solid, slack: float) -> Spheres:
     """Spheres that cover a solid and reach out of its sides by about `slack` at most.
 
     At edges and flat ends they reach out farther, by as much as a sphere is wide there.
+
+    Raises:
+        InputError: it would take too many.
     """
     if isinstance(solid, Sphere):
         return Spheres(np.zeros((1, 3)), np.array([solid.radius]))
@@ -53,7 +57,7 @@ def bounding_sphere(solid: Solid) -> tuple[Array, float]:
 
 def _cover_of_cylinder(solid: Cylinder, slack: float) -> Spheres:
     half = np.sqrt((solid.radius + slack) ** 2 - solid.radius**2)
-    count = int(np.ceil(solid.length / (2 * half)))
+    count = _countable(np.ceil(solid.length / (2 * half)))
     half = solid.length / (2 * count)
     centers = np.zeros((count, 3))
     centers[:, 2] = half * (2 * np.arange(count) + 1 - count)
@@ -66,8 +70,10 @@ def _cover_of_box(solid: Box, slack: float) -> Spheres:
     half = solid.sides / 2
     thinnest = float(half.min())
     reach = max(np.sqrt((thinnest + slack) ** 2 - thinnest**2) / np.sqrt(2), thinnest / 2)
-    counts = np.maximum(np.ceil(half / reach), 1).astype(int)
-    counts[np.argmin(half)] = 1
+    wanted = np.maximum(np.ceil(half / reach), 1)
+    wanted[np.argmin(half)] = 1
+    _countable(wanted.prod())
+    counts = wanted.astype(int)
     cell = half / counts
     steps = [c * (2 * np.arange(n) + 1 - n) for c, n in zip(cell, counts, strict=True)]
     centers = solid.center + np.array(list(product(*steps)))
@@ -95,4 +101,14 @@ def _cover_of_mesh(solid: Mesh, slack: float) -> Spheres:
     return Spheres(centers, radii)
 
 
+def _countable(count: float) -> int:
+    if count > _MOST_SPHERES:
+        raise InputError(
+            "a link is so large or so thin that its cover by spheres would take "
+            f"{count:.2g} of them, more than {_MOST_SPHERES}; is its size in metres?"
+        )
+    return int(count)
+
+
 _MOST_CELLS = 12  # along the longest side of a mesh
+_MOST_SPHERES = 50_000  # of a solid; those of the arms that ship have some dozens

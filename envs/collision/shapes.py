@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 
 from envs.problem import Array, frozen_array
 
+LARGEST = 1e6
+"""Of numbers in users' files of arms and scenes. Metres and radians beyond it are mistakes, and
+might overflow where they multiply."""
+
 
 @dataclass(frozen=True, eq=False)
 class Box:

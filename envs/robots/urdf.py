@@ -11,6 +11,7 @@ import numpy as np
 
 from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere
 from envs.errors import InputError, suggestion
+from envs.presence import is_there
 from envs.problem import Array
 from envs.robots.arm import Part
 from envs.robots.chain import Chain, Joint, Link
@@ -204,7 +205,7 @@ def _found(name: str, folder: Path) -> Path:
         if scheme == "file":
             candidates.insert(0, folder / rest)
     for candidate in candidates:
-        if candidate.is_file():
+        if is_there(candidate.is_file):
             return candidate
     raise InputError(
         f"no such mesh: {name}, sought from {folder}; put it there or correct its name"

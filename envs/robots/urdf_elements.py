@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import math
+import io
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import yourdfpy
 
-from envs.errors import InputError
+from envs.collision.shapes import LARGEST
+from envs.errors import InputError, reason
+from envs.presence import is_there
 
 _NEEDED = {
     "parent": ("link",),
@@ -33,15 +35,19 @@ _NUMBERS = {
 }
 """Attributes that hold numbers, and how many."""
 
+_STUMBLES = (AttributeError, TypeError, ValueError, LookupError, SyntaxError, RecursionError)
+"""What yourdfpy raises where it stumbles over something."""
+
 
 def parsed(file: Path) -> Any:
     """The `yourdfpy.Robot` of a URDF file, of which every element that is used is complete.
 
     Raises:
         InputError: there is no such file, or it is not well-formed XML, or an element lacks what
-            it must have or holds something else than finite numbers. Does not name the file.
+            it must have or holds something else than finite numbers of at most `LARGEST`. Does not
+            name the file.
     """
-    if not file.is_file():
+    if not is_there(file.is_file):
         raise InputError("no such file")
     try:
         root = ElementTree.parse(file).getroot()
@@ -51,10 +57,11 @@ def parsed(file: Path) -> Any:
         raise InputError(f"cannot be read: {error}") from error
     _check_elements(root)
     try:
-        return yourdfpy.URDF.load(str(file), build_scene_graph=False, load_meshes=False).robot
-    except (AttributeError, TypeError, ValueError, LookupError, SyntaxError) as error:
-        reason = f"{type(error).__name__}: {error}"
-        raise InputError(f"not valid URDF, mend it ({reason})".replace("\n", " ")) from error
+        # Not the file, which yourdfpy's own parser may read otherwise, or log that it cannot.
+        read = io.BytesIO(ElementTree.tostring(root))
+        return yourdfpy.URDF.load(read, build_scene_graph=False, load_meshes=False).robot
+    except _STUMBLES as error:
+        raise InputError(f"not valid URDF, mend it ({reason(error)})") from error
 
 
 def _check_elements(root: ElementTree.Element) -> None:
@@ -96,10 +103,10 @@ def _check_part(part: ElementTree.Element) -> None:
 def _check_numbers(key: str, text: str) -> None:
     words = text.split()
     try:
-        finite = all(math.isfinite(float(word)) for word in words)
+        usable = all(abs(float(word)) <= LARGEST for word in words)
     except ValueError:
-        finite = False
+        usable = False
     counts = _NUMBERS[key]
-    if not finite or len(words) not in counts:
-        wanted = " or ".join(map(str, counts))
-        raise InputError(f"{key}={text!r} must hold {wanted} finite numbers, spaces between")
+    if not usable or len(words) not in counts:
+        wanted = f"{' or '.join(map(str, counts))} finite numbers of at most {LARGEST:g}"
+        raise InputError(f"{key}={text!r} must hold {wanted}, spaces between")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from envs.errors import InputError, suggestion
+from envs.presence import is_there
 from envs.scenes.mesh_file import read_mesh
 from envs.scenes.mesh_world import MeshWorld
 
@@ -31,7 +32,7 @@ class Gibson(MeshWorld):
 
     def __init__(self, root: str, scene: str = "", robot_radius: float = 0.0) -> None:
         folder = Path(root)
-        if not folder.is_dir():
+        if not is_there(folder.is_dir):
             raise InputError(f"gibson: no such folder: {root}")
         scenes = sorted(found.parent.name for found in folder.glob(f"*/{_MESH}"))
         if scene not in scenes:

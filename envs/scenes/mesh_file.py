@@ -12,11 +12,14 @@ import trimesh
 from numpy.typing import NDArray
 
 from envs.errors import InputError
+from envs.presence import is_there
 from envs.problem import Array
 
 logger = logging.getLogger(__name__)
 
 FORMATS = (".obj", ".ply", ".off", ".stl", ".glb")
+
+_FARTHEST = 1e12  # of a vertex's coordinates, whose squares and scaled ones shall not overflow
 
 MOST_FACES = 5_000_000
 """More are refused: collision checking would want tens of GB."""
@@ -53,7 +56,7 @@ def read_mesh(file: str | Path) -> FileMesh:
     path = Path(file)
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{file}: meshes are read from {', '.join(FORMATS)} files")
-    if not path.is_file():
+    if not is_there(path.is_file):
         raise InputError(f"no such file: {file}")
     if path.stat().st_size == 0:
         raise InputError(f"{file} is empty")
@@ -62,8 +65,8 @@ def read_mesh(file: str | Path) -> FileMesh:
         raise InputError(f"{file} holds no faces; a cloud of points has to be meshed first")
     if len(mesh.faces) > MOST_FACES:
         raise InputError(f"{file} has {len(mesh.faces)} faces, more than {MOST_FACES}: simplify it")
-    if not np.isfinite(mesh.vertices).all():
-        raise InputError(f"{file} has vertices that are NaN or infinite")
+    if not (np.abs(mesh.vertices) <= _FARTHEST).all():
+        raise InputError(f"{file} has vertices that are NaN or infinite, or beyond {_FARTHEST:g}")
     return _cleaned(mesh, file)
 
 

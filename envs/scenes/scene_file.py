@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
-from reprlib import repr as brief
 from typing import Any
 
 import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
 
-from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere
-from envs.errors import InputError, suggestion
+from envs.collision.shapes import LARGEST, Box, Cylinder, Mesh, Placed, Solid, Sphere
+from envs.errors import InputError, brief, suggestion
+from envs.presence import is_there
 from envs.problem import Array
 from envs.scenes.mesh_file import read_mesh
 
@@ -33,7 +32,8 @@ def read_scene(file: Path) -> list[Placed]:
           - mesh: shelf.stl          # from the folder of this file; watertight
             scale: 0.001             # 1 unless given
 
-    Lengths are in metres, angles in radians, positions in the frame of the arm's base.
+    Lengths are in metres, angles in radians, positions in the frame of the arm's base; none is
+    more than `LARGEST`, and the file has at most 256 KiB.
 
     Returns:
         The obstacles in the file's order.
@@ -51,26 +51,41 @@ def read_scene(file: Path) -> list[Placed]:
 
 
 class _Loader(yaml.SafeLoader):
-    """Refuses a key given twice, of which YAML's own loader drops the first in silence."""
+    """Refuses a key given twice, of which YAML's own loader drops the first in silence, and merged
+    mappings (<<), a few lines of which can stand for more entries than memory holds."""
 
     def compose_mapping_node(self, anchor: dict[Any, yaml.Node]) -> yaml.MappingNode:
         node = super().compose_mapping_node(anchor)
-        keys = [key.value for key, _ in node.value]
-        twice = [key for n, key in enumerate(keys) if key in keys[:n]]
-        if twice:
-            line = node.start_mark.line + 1
-            raise InputError(f"{twice[0]!r} is given twice in the mapping at line {line}")
+        where = f"in the mapping at line {node.start_mark.line + 1}"
+        seen: set[str] = set()
+        for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
+            if key.value in seen:
+                raise InputError(f"{key.value!r} is given twice {where}")
+            if key.tag == _MERGE:
+                raise InputError(f"'<<' {where} is not supported; write the keys out")
+            seen.add(key.value)
         return node
 
 
-_ODD_SCALARS = (ValueError, TypeError, AttributeError, LookupError, RecursionError)
+_MERGE = "tag:yaml.org,2002:merge"
+
+_ODD_SCALARS = (
+    *(ValueError, TypeError, AttributeError, LookupError),
+    *(ArithmeticError, RecursionError),
+)
 """What PyYAML raises besides its own, on scalars that are not what their tags say and on depth."""
+
+_MOST_BYTES = 2**18
+"""Of a scene, thousands of obstacles; PyYAML reads some tens of kilobytes a second."""
 
 
 def _entries(file: Path) -> list[Any]:
-    if not file.is_file():
+    if not is_there(file.is_file):
         raise InputError("no such file")
     try:
+        size = file.stat().st_size
+        if size > _MOST_BYTES:
+            raise InputError(f"has {size} bytes; scenes of at most {_MOST_BYTES} are read")
         content = yaml.load(file.read_bytes(), _Loader)
     except InputError:
         raise
@@ -82,7 +97,7 @@ def _entries(file: Path) -> list[Any]:
         raise InputError("must be a mapping with the key 'obstacles'")
     for key in content:
         if key != "obstacles":
-            raise InputError(f"unknown key {key!r}; {suggestion(str(key), ['obstacles'])}")
+            raise InputError(f"unknown key {brief(key)}; {suggestion(brief(key), ['obstacles'])}")
     obstacles = content.get("obstacles")
     if not isinstance(obstacles, list) or not obstacles:
         raise InputError("'obstacles' must be a list of at least one obstacle")
@@ -102,7 +117,7 @@ def _obstacle(number: int, entry: Any, folder: Path) -> Placed:
 def _check_keys(entry: dict[Any, Any]) -> None:
     for key in entry:
         if key not in _KEYS:
-            raise InputError(f"unknown key {key!r}; {suggestion(str(key), _KEYS)}")
+            raise InputError(f"unknown key {brief(key)}; {suggestion(brief(key), _KEYS)}")
     shapes = [key for key in _SHAPES if key in entry]
     if len(shapes) != 1:
         given = " and ".join(shapes) or "none"
@@ -163,6 +178,8 @@ def _size(value: Any, key: str) -> float:
 def _number(value: Any, key: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"{key} wants a number such as 0.5 or 1.0e-3, not {brief(value)}")
-    if not abs(value) <= sys.float_info.max:
-        raise InputError(f"{key} must be finite, not {brief(value)}")
+    if not abs(value) <= LARGEST:
+        raise InputError(
+            f"{key} must be finite and at most {LARGEST:g} in size, not {brief(value)}"
+        )
     return float(value)

@@ -13,11 +13,11 @@ import torch
 from torch import nn
 
 import planners
-from envs import Environment, Problem
+from envs import Environment, InputError, Problem
 from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.problem import Array
 from envs.seeding import derived_seed
-from planners.base import Budget, PlannerResult, Status
+from planners.base import Budget, Planner, PlannerResult, Status
 from planners.learned import LearnedPlanner, Trained, Training
 from planners.learning import Method, learn
 from planners.mpnet.expansion import Expander
@@ -46,6 +46,13 @@ _ATTEMPTS = 3  # of the network alone, before a fallback is asked
 _FALLBACK_SHARE = 0.2  # of the time that is left, for one motion: it may be one without a path
 
 
+def _made(fallback: str) -> Planner:
+    entry = planners.REGISTRY.entry(fallback)
+    if issubclass(entry.spec.load(), MpnetPlanner):
+        raise InputError(f"mpnet: fallback={entry.spec.id} would fall back on itself; name another")
+    return entry.make()
+
+
 class MpnetPlanner(LearnedPlanner):
     """Bidirectional neural expansion, lazy vertex contraction and neural replanning.
 
@@ -56,8 +63,8 @@ class MpnetPlanner(LearnedPlanner):
     Every check of a configuration or motion is the environment's certified one.
 
     Args:
-        fallback: a planner, as in `bench run --planners`, for the motions that stay infeasible;
-            by default none, and the time limit ends the search.
+        fallback: a planner of another kind, as in `bench run --planners`, for the motions that
+            stay infeasible; by default none, and the time limit ends the search.
         weights, device: see `LearnedPlanner`. The device is that of training; the network is so
             small that it plans on the CPU.
 
@@ -69,7 +76,7 @@ class MpnetPlanner(LearnedPlanner):
 
     def __init__(self, fallback: str = "", weights: str = "", device: str = "cpu") -> None:
         super().__init__("mpnet", weights, device)
-        self._fallback = planners.make(fallback) if fallback else None
+        self._fallback = _made(fallback) if fallback else None
 
     def unsupported(self, env: Environment) -> str | None:
         if len(env.family()) < 2:

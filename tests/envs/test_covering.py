@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from envs import InputError
 from envs.collision.covering import Spheres, bounding_sphere, cover
 from envs.collision.shapes import Box, Cylinder, Mesh, Solid, Sphere
 from envs.collision.surface import triangulated
@@ -130,3 +132,11 @@ def test_vertices_that_no_face_names_do_not_matter() -> None:
     spheres = cover(Mesh(vertices, np.array([[0, 1, 2]])), SLACK)
     assert outside(spheres, vertices[:3]).max() <= 1e-9
     assert outside(spheres, vertices[3:])[0] > 0.3
+
+
+@pytest.mark.parametrize(
+    "solid", [Cylinder(1e-9, 1e6), Box(np.zeros(3), np.array([1e6, 300.0, 1e-3]))]
+)
+def test_what_would_take_too_many_is_refused(solid: Solid) -> None:
+    with pytest.raises(InputError, match=r"would take .* is its size in metres\?"):
+        cover(solid, SLACK)

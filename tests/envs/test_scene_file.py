@@ -90,6 +90,14 @@ BAD_SCENES = {
     "empty list": ("obstacles: []", "at least one"),
     "no list": ("obstacles: {sphere: 1}", "at least one"),
     "null": ("obstacles:", "at least one"),
+    "huge key": ("? 0x" + "f" * 5000 + "\n: 1", "unknown key int with too many digits"),
+    "merges that double": (
+        "a0: &a0 {x: 1}\n"
+        + "".join(f"a{n + 1}: &a{n + 1} {{<<: [*a{n}, *a{n}]}}\n" for n in range(40)),
+        "'<<' in the mapping at line 2 is not supported",
+    ),
+    "overflow": ("obstacles: " + ":".join(["1"] * 300) + ".5", "not YAML"),
+    "many bytes": ("# " + "x" * 2**18, "scenes of at most 262144 are read"),
 }
 
 BAD_OBSTACLES = {
@@ -113,6 +121,8 @@ BAD_OBSTACLES = {
     "huge sphere": ("{sphere: 1" + "0" * 400 + "}", "must be finite"),
     "long cylinder": ("{cylinder: [1, 2, 3]}", "cylinder must be a list of 2"),
     "thin cylinder": ("{cylinder: [0, 2]}", "cylinder must be above 0"),
+    "long name of a mesh": ("{mesh: " + "a" * 300 + ".stl}", "no such file"),
+    "far sphere": ("{sphere: 1, position: [1.0e+307, 0, 0]}", "at most 1e+06"),
     "number as mesh": ("{mesh: 3}", "must name a file"),
     "no such mesh": ("{mesh: none.stl}", "no such file"),
     "junk": ("{mesh: junk.obj}", "junk.obj"),

@@ -165,8 +165,15 @@ def test_parameters_reach_the_planner(c3d: Environment) -> None:
         ("fmt:nonsense=1", "num_samples"),
         ("rrtstar:range=wide", "refuses range=wide"),
         ("rrtstar:roadmap_s=1", "keeps no roadmap"),
-        ("prmstar:roadmap_s=-1", "at least 0"),
-        ("prmstar:roadmap_s=inf", "finite"),
+        ("rrtstar:range=-1", "refuses range=-1"),
+        ("rrtstar:range=nan", "refuses range=nan"),
+        ("rrtstar:focus_search=off", "refuses focus_search=off"),
+        ("rrtstar:self=1", "no argument 'self'"),
+        ("fmt:num_samples=-1", "refuses num_samples=-1"),
+        ("fmt:num_samples=5.7", "refuses num_samples=5.7"),
+        ("fmt:num_samples=99999999999999999999", "refuses num_samples"),
+        ("prmstar:roadmap_s=-1", "between 0 and 86400"),
+        ("prmstar:roadmap_s=inf", "between 0 and 86400"),
     ],
 )
 def test_misspelt_parameters_are_errors(text: str, said: str) -> None:

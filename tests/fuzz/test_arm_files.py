@@ -1,0 +1,112 @@
+"""URDFs and scenes for arms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from bad_urdfs import LIMIT, collision, joint, link, robot
+from fuzzing import fuzzed
+from mutations import contents
+
+from envs.collision.shapes import Placed
+from envs.robots.arm import Part
+from envs.robots.chain import Chain
+from envs.robots.urdf import read_urdf
+from envs.scenes.scene_file import read_scene
+
+MESH = '<mesh filename="package://arm/meshes/cube.stl" scale="0.1 0.1 0.2"/>'
+
+URDFS = (
+    robot(
+        link("base"),
+        link(
+            "upper", collision('<cylinder radius="0.04" length="0.4"/>', '<origin xyz="0 0 0.2"/>')
+        ),
+        link(
+            "fore", collision('<box size="0.05 0.05 0.3"/>') + collision('<sphere radius="0.1"/>')
+        ),
+        link("tool", ""),
+        joint("shoulder", "base", "upper", inside='<origin xyz="0 0 0.1" rpy="0 1.5 0"/>' + LIMIT),
+        joint("elbow", "upper", "fore", "prismatic", axis="0 1 0"),
+        joint("held", "fore", "tool", "fixed", '<origin rpy="0 0 -3.1"/>'),
+    ),
+    robot(
+        '<material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>',
+        link("a", collision(MESH) + "<inertial><mass value='1'/></inertial>"),
+        link("b", collision('<mesh filename="cube.stl"/>')),
+        link("c", "<visual><geometry><sphere radius='1'/></geometry></visual>" + collision(MESH)),
+        joint("ab", "a", "b", "continuous", "<dynamics damping='0.1' friction='0'/>", "1 0 0"),
+        joint("bc", "b", "c", axis="0 0.7 -0.7"),
+        '<transmission name="t"><type>x</type><joint name="ab"/></transmission>',
+    ),
+)
+
+SCENES = (
+    "obstacles:\n"
+    "  - box: [0.3, 0.1, 0.4]      # full sides\n"
+    "    position: [0.5, 0, 0.2]\n"
+    "    rpy: [0, 0, 0.7]\n"
+    "  - cylinder: [0.05, 0.8]\n"
+    "    position: [-0.3, 0.3, 0.4]\n"
+    "  - sphere: 0.1\n"
+    "  - mesh: cube.stl\n"
+    "    scale: 0.001\n"
+    "    position: [0, -0.6, 0.2]\n",
+    "obstacles: [{sphere: 0.01, position: &p [1, 2, 3]}, {box: [1, 2, 3], rpy: *p}]\n",
+    '{"obstacles": [{"cylinder": [1, 2.5], "rpy": [0, 1.5708, 0]}, {"mesh": "cube.stl"}]}',
+)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """With the mesh of a cube."""
+    trimesh.creation.box((1, 1, 1)).export(tmp_path / "cube.stl")
+    (tmp_path / "arm" / "meshes").mkdir(parents=True)
+    trimesh.creation.box((1, 1, 1)).export(tmp_path / "arm" / "meshes" / "cube.stl")
+    return tmp_path
+
+
+def assert_finite(placed: Placed) -> None:
+    turn = placed.pose[:3, :3]
+    assert np.isfinite(placed.pose).all()
+    assert turn @ turn.T == pytest.approx(np.eye(3), abs=1e-9)
+    assert placed.definition()
+
+
+def test_urdfs(folder: Path) -> None:
+    file = folder / "arm.urdf"
+
+    def parse(content: bytes) -> tuple[Chain, tuple[Part, ...]]:
+        file.write_bytes(content)
+        return read_urdf(file)
+
+    def check(arm: tuple[Chain, tuple[Part, ...]]) -> None:
+        chain, parts = arm
+        assert chain.dimension > 0
+        for one in chain.joints:
+            assert np.isfinite(one.origin).all()
+            assert np.linalg.norm(one.axis) == pytest.approx(1)
+            assert -np.inf < one.lower < one.upper < np.inf
+        assert any(part.body > 0 for part in parts)
+        for part in parts:
+            assert_finite(part.placed)
+
+    fuzzed("URDFs", contents(URDFS), parse, check)
+
+
+def test_scenes(folder: Path) -> None:
+    file = folder / "scene.yaml"
+
+    def parse(content: bytes) -> list[Placed]:
+        file.write_bytes(content)
+        return read_scene(file)
+
+    def check(scene: list[Placed]) -> None:
+        assert scene
+        for placed in scene:
+            assert_finite(placed)
+
+    fuzzed("scenes", contents(SCENES), parse, check)
