@@ -80,6 +80,11 @@ class LearnedPlanner(Planner):
         self.device = checked_device(device)
         self._weights = weights
 
+    @property
+    def names_weights(self) -> bool:
+        """Whether a file of weights was named."""
+        return bool(self._weights)
+
     def weights_file(self, env: Environment) -> Path | None:
         """The weights that `setup` will use, or None if it must be trained first."""
         if self._weights:
@@ -125,11 +130,18 @@ class LearnedPlanner(Planner):
 
 
 def check_weights(planner: Planner, env: Environment) -> None:
-    """Raises InputError if a planner would find weights that it cannot use."""
-    if isinstance(planner, LearnedPlanner) and planner.unsupported(env) is None:
-        file = planner.weights_file(env)
-        if file is not None:
-            weight_files.read(file, planner.name, planner.domain(env))
+    """Raises InputError if a planner would find weights that it cannot use.
+
+    Those that its user names are loaded, since whether they fit cannot be told otherwise.
+    """
+    if not isinstance(planner, LearnedPlanner) or planner.unsupported(env) is not None:
+        return
+    if planner.names_weights:
+        planner.setup(env, seed=0)
+        return
+    file = planner.weights_file(env)
+    if file is not None:
+        weight_files.read(file, planner.name, planner.domain(env))
 
 
 def checked_device(name: str) -> str:

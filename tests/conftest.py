@@ -58,7 +58,7 @@ def refused(bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refu
 
     def call(*arguments: object) -> str:
         folder = tmp_path / "current"
-        folder.mkdir()
+        folder.mkdir(exist_ok=True)
         monkeypatch.chdir(folder)
         code, out, err = bench(*arguments)
         assert code == 2

@@ -11,6 +11,7 @@ import numpy as np
 
 from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere
 from envs.errors import InputError, suggestion
+from envs.named_file import within
 from envs.presence import is_there
 from envs.problem import Array
 from envs.robots.arm import Part
@@ -193,17 +194,20 @@ def _solid(geometry: Any, folder: Path) -> Solid:
 
 
 def _found(name: str, folder: Path) -> Path:
-    """The file of a mesh that a URDF in a folder names."""
+    """The file of a mesh that a URDF in a folder names: from there, or as a package's, from any
+    folder above."""
     scheme, _, rest = name.rpartition("://")
     if not scheme:
-        candidates = [folder / rest]
+        candidates = [within(rest, folder)]
     else:
         relative = Path(rest.lstrip("/"))
+        if ".." in relative.parts:
+            raise InputError(f"{name} climbs out of where it is sought; put it there instead")
         without_package = Path(*relative.parts[1:])
         above = [folder, *folder.resolve().parents]
         candidates = [at / there for at in above for there in (relative, without_package)]
-        if scheme == "file":
-            candidates.insert(0, folder / rest)
+        if scheme == "file" and is_there((folder / rest).is_file):
+            return within(rest, folder)
     for candidate in candidates:
         if is_there(candidate.is_file):
             return candidate

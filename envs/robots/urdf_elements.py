@@ -35,6 +35,8 @@ _NUMBERS = {
 }
 """Attributes that hold numbers, and how many."""
 
+_MOST_BYTES = 2**21  # those of whole robots have some 100 kB
+
 _STUMBLES = (AttributeError, TypeError, ValueError, LookupError, SyntaxError, RecursionError)
 """What yourdfpy raises where it stumbles over something."""
 
@@ -49,6 +51,9 @@ def parsed(file: Path) -> Any:
     """
     if not is_there(file.is_file):
         raise InputError("no such file")
+    size = file.stat().st_size
+    if size > _MOST_BYTES:
+        raise InputError(f"has {size} bytes; URDFs of at most {_MOST_BYTES} are read")
     try:
         root = ElementTree.parse(file).getroot()
     except ElementTree.ParseError as error:

@@ -72,7 +72,8 @@ def read_mesh(file: str | Path) -> FileMesh:
 
 def _parsed(path: Path) -> trimesh.Trimesh:
     try:
-        return trimesh.load_mesh(path, process=False)
+        # Without what it may say of other files.
+        return trimesh.load_mesh(path, process=False, skip_materials=True)
     except MemoryError as error:
         raise InputError(f"{path} is too large for this machine's memory") from error
     except Exception as error:  # the parsers of other formats raise whatever they stumble on

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from envs.collision.shapes import LARGEST, Box, Cylinder, Mesh, Placed, Solid, Sphere
 from envs.errors import InputError, brief, suggestion
+from envs.named_file import within
 from envs.presence import is_there
 from envs.problem import Array
 from envs.scenes.mesh_file import read_mesh
@@ -29,7 +30,7 @@ def read_scene(file: Path) -> list[Placed]:
             position: [0.3, -0.4, 0.6]
           - cylinder: [0.05, 0.4]    # radius and length, along its own z
             rpy: [0, 1.5708, 0]      # roll, pitch, yaw as in URDF; [0, 0, 0] unless given
-          - mesh: shelf.stl          # from the folder of this file; watertight
+          - mesh: shelf.stl          # from this file's folder or the one above; watertight
             scale: 0.001             # 1 unless given
 
     Lengths are in metres, angles in radians, positions in the frame of the arm's base; none is
@@ -142,7 +143,7 @@ def _mesh(entry: dict[Any, Any], folder: Path) -> Mesh:
     if not isinstance(name, str):
         raise InputError(f"mesh must name a file, not {brief(name)}")
     scale = _size(entry.get("scale", 1), "scale")
-    read = read_mesh(folder / name)
+    read = read_mesh(within(name, folder))
     if not read.closed:
         raise InputError(f"{folder / name} is not watertight, so it has no inside; close its holes")
     return Mesh(read.vertices * scale, read.faces)

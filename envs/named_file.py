@@ -1,0 +1,31 @@
+"""Files that another file names."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from envs.errors import InputError
+
+
+def within(name: str, folder: Path) -> Path:
+    """The file that one in `folder` names, from there, at most one folder up ("../meshes/hand.stl",
+    as packages are laid out).
+
+    A file that comes from others shall not reach for whatever else is on a machine. Links are not
+    followed to judge that: who made them may say what they lead to.
+
+    Raises:
+        InputError: it is elsewhere.
+    """
+    path = Path(os.path.normpath(folder.absolute() / name))
+    if not path.is_relative_to(folder.absolute().parent) or _ups(name) > 1:
+        raise InputError(
+            f"{name} climbs out of the folder above {folder}; put it there and correct its name"
+        )
+    return path
+
+
+def _ups(name: str) -> int:
+    """How many folders up a relative name leads. At the root of a file system, all is within."""
+    return 0 if Path(name).is_absolute() else Path(os.path.normpath(name)).parts.count("..")
