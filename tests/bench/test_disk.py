@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import IO
 
 import pytest
 from conftest import Cli, records_of
@@ -151,32 +152,28 @@ def made(folder: Path) -> Path:
     return folder
 
 
+def said_when_listing(output: IO[str]) -> str:
+    """What `bench list`, which cannot write to its output, says about that."""
+    done = subprocess.run(
+        [sys.executable, "-m", "bench", "list"],
+        stdout=output,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    return one_line(done.stderr)
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_table_that_cannot_be_printed_is_said_not_to_be() -> None:
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "bench", "list"],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
-    assert done.returncode == 2
-    assert "No space left" in one_line(done.stderr)
-    assert done.stderr.count("\n") == 1
+        assert "No space left" in said_when_listing(full)
 
 
 def test_a_reader_that_has_gone_is_no_traceback() -> None:
     reader, writer = os.pipe()
     os.close(reader)
     with os.fdopen(writer, "w") as pipe:
-        done = subprocess.run(
-            [sys.executable, "-m", "bench", "list"],
-            stdout=pipe,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
-    assert done.returncode == 2
-    assert "Broken pipe" in one_line(done.stderr)
-    assert done.stderr.count("\n") == 1
+        assert "Broken pipe" in said_when_listing(pipe)
