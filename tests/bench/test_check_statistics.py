@@ -16,9 +16,7 @@ from bench.stats import success_drop
 
 RERUNS = 200
 ALPHA = 0.05
-ALLOWED = int(binom.ppf(0.999, RERUNS, ALPHA))
-"""As many alarms come by chance in one of a thousand simulations at most if each rerun's error is
-ALPHA: 20 of 200."""
+ALLOWED = round(ALPHA * RERUNS)
 
 RATES = {"reference": 1.0, "good": 0.95, "fair": 0.7, "poor": 0.3}
 WANTED = Wanted(ALPHA, ("length", "margin", "time"), "reference", tolerance=0.1)
