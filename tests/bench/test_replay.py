@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import sqlite3
+import shutil
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -15,6 +15,7 @@ from conftest import Cli, Refused
 
 from bench import machine, replay
 from bench.record import decode_path, encode_path
+from bench.store_file import TABLES, digest, opened_to_read, opened_to_write
 
 Change = Callable[..., Path]
 
@@ -45,15 +46,14 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def changed(finished: Path, tmp_path: Path) -> Change:
     """A copy of the run whose store is changed by SQL."""
 
-    def call(statement: str, *values: object) -> Path:
-        with (
-            closing(sqlite3.connect(finished / "run" / "run.sqlite")) as there,
-            closing(sqlite3.connect(tmp_path / "run.sqlite")) as here,
-        ):
-            there.backup(here)
-            here.execute(statement, values)
-            here.commit()
-        return tmp_path
+    def call(*statements: str, **values: object) -> Path:
+        shutil.copytree(finished / "run", tmp_path / "run")
+        with closing(opened_to_write(tmp_path / "run")) as store, store:
+            for statement in statements:
+                store.execute(statement, values)
+            for table, columns in TABLES.items():  # as if it had been stored so
+                store.execute(f"UPDATE {table} SET digest = {digest(columns)}")
+        return tmp_path / "run"
 
     return call
 
@@ -74,18 +74,15 @@ def test_an_attempt_comes_out_the_same(
     assert float(lengths.pop()) > 0
 
 
-def test_a_path_that_differs_is_shown_where_it_does(bench: Cli, changed: Change) -> None:
-    folder = changed("SELECT 1")
-    with closing(sqlite3.connect(folder / "run.sqlite")) as store:
-        where = "FROM records WHERE planner = 'rrtstar' AND problem = 0"
-        [[stored]] = store.execute(f"SELECT path {where}").fetchall()
-        path = decode_path(stored)
-        path[1, 0] += 1e-9
-        store.execute(
-            "UPDATE records SET path = ? WHERE planner = 'rrtstar' AND problem = 0",
-            (encode_path(path),),
-        )
-        store.commit()
+def test_a_path_that_differs_is_shown_where_it_does(
+    bench: Cli, finished: Path, changed: Change
+) -> None:
+    where = "WHERE planner = 'rrtstar' AND problem = 0"
+    with closing(opened_to_read(finished / "run")) as store:
+        [[stored]] = store.execute(f"SELECT path FROM records {where}").fetchall()
+    path = decode_path(stored)
+    path[1, 0] += 1e-9
+    folder = changed(f"UPDATE records SET path = :path {where}", path=encode_path(path))
     code, out, _ = bench("replay", folder, "--planner", "rrtstar", "--problem", 0)
     assert code == 1
     assert "not the same: the paths differ from waypoint 1 on" in out
@@ -134,11 +131,9 @@ def test_what_the_run_does_not_have_is_refused(
 def test_a_world_or_rules_that_changed_are_refused(refused: Refused, changed: Change) -> None:
     folder = changed(
         "UPDATE selection SET selection = replace(selection, "
-        "json_extract(selection, '$.envs[0].fingerprint'), 'f00f00')"
+        "json_extract(selection, '$.envs[0].fingerprint'), 'f00f00')",
+        "UPDATE records SET env_fingerprint = 'f00f00'",
     )
-    with closing(sqlite3.connect(folder / "run.sqlite")) as store:
-        store.execute("UPDATE records SET env_fingerprint = 'f00f00'")
-        store.commit()
     error = refused("replay", folder, "--planner", "rrtstar", "--problem", 0)
     assert "its fingerprint was f00f00 and is" in error
 
