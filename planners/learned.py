@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from envs import Environment, InputError
+from envs.errors import reason
 from planners import weight_files
 from planners.base import Planner
 from planners.weight_files import Tensors
@@ -80,11 +82,6 @@ class LearnedPlanner(Planner):
         self.device = checked_device(device)
         self._weights = weights
 
-    @property
-    def names_weights(self) -> bool:
-        """Whether a file of weights was named."""
-        return bool(self._weights)
-
     def weights_file(self, env: Environment) -> Path | None:
         """The weights that `setup` will use, or None if it must be trained first."""
         if self._weights:
@@ -104,11 +101,19 @@ class LearnedPlanner(Planner):
         """About how long `train` takes on two cores by its own recipe."""
 
     @abstractmethod
+    def fitted(self, env: Environment, tensors: Tensors) -> Any:
+        """A network with these weights; takes milliseconds.
+
+        Raises:
+            ValueError, KeyError, TypeError, RuntimeError: they do not fit.
+        """
+
+    @abstractmethod
     def load(self, env: Environment, tensors: Tensors) -> None:
         """Makes itself ready to solve with these weights.
 
         Raises:
-            ValueError: they do not fit.
+            ValueError, KeyError, TypeError, RuntimeError: they do not fit.
         """
 
     def setup(self, env: Environment, *, seed: int) -> None:
@@ -121,27 +126,29 @@ class LearnedPlanner(Planner):
         if file is None:
             raise InputError(f"{self.name} has no weights for this environment; see bench train")
         tensors, manifest = weight_files.read(file, self.name, self.domain(env))
-        try:
+        with _fitting(file, self.name):
             self.load(env, tensors)
-        except (ValueError, KeyError, TypeError, RuntimeError) as error:
-            reason = str(error).split("\n")[0]
-            raise InputError(f"{file} does not hold weights of {self.name}: {reason}") from error
         self.train_s = manifest.data_s + manifest.train_s
 
 
 def check_weights(planner: Planner, env: Environment) -> None:
-    """Raises InputError if a planner would find weights that it cannot use.
-
-    Those that its user names are loaded, since whether they fit cannot be told otherwise.
-    """
+    """Raises InputError if a planner would find weights that it cannot use."""
     if not isinstance(planner, LearnedPlanner) or planner.unsupported(env) is not None:
-        return
-    if planner.names_weights:
-        planner.setup(env, seed=0)
         return
     file = planner.weights_file(env)
     if file is not None:
-        weight_files.read(file, planner.name, planner.domain(env))
+        tensors, _ = weight_files.read(file, planner.name, planner.domain(env))
+        with _fitting(file, planner.name):
+            planner.fitted(env, tensors)
+
+
+@contextmanager
+def _fitting(file: Path, name: str) -> Iterator[None]:
+    """Says of weights that do not fit which they are, and why not."""
+    try:
+        yield
+    except (ValueError, KeyError, TypeError, RuntimeError) as error:
+        raise InputError(f"{file} does not hold weights of {name}: {reason(error)}") from error
 
 
 def checked_device(name: str) -> str:

@@ -23,6 +23,7 @@ from planners.training import (
     TrainingState,
     train,
 )
+from planners.weight_files import Tensors
 
 Solved = Callable[[nn.Module, Sequence[Problem]], int]
 """How many of some problems a network solves."""
@@ -98,6 +99,21 @@ def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Tr
         losses=state.losses,
         validation=state.validation,
     )
+
+
+def filled(net: nn.Module, tensors: Tensors) -> nn.Module:
+    """A network itself, with weights in place of its own.
+
+    Raises:
+        TypeError: some are of another type of numbers.
+        ValueError, RuntimeError: some are missing, unknown, or of another shape.
+    """
+    given = {name: torch.from_numpy(array) for name, array in tensors.items()}
+    for name, own in net.state_dict().items():
+        if name in given and given[name].dtype != own.dtype:
+            raise TypeError(f"{name} is of {given[name].dtype}, not of {own.dtype}")
+    net.load_state_dict(given)
+    return net
 
 
 def _begun(method: Method, env: Environment, how: Training) -> TrainingState:

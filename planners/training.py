@@ -23,6 +23,12 @@ from envs.whole_file import whole_file
 _CHECKPOINT_EVERY_S = 20.0
 _LOSSES_KEPT = 50
 
+_NOT_OURS = (
+    *(OSError, EOFError, UnpicklingError, RuntimeError),
+    *(LookupError, ValueError, TypeError, AttributeError),  # PyTorch reads it, but it is another's
+)
+"""What is raised of files that are no checkpoint."""
+
 Batch = tuple[Tensor, ...]
 
 
@@ -190,9 +196,8 @@ class TrainingState:
                 getattr(self, name).load_state_dict(state[name])
             for name in self._PLAIN:
                 setattr(self, name, state[name])
-        except (OSError, EOFError, RuntimeError, KeyError, ValueError, UnpicklingError) as error:
-            reason = str(error).split("\n")[0]
-            raise InputError(f"cannot go on from {file}, delete it: {reason}") from error
+        except _NOT_OURS as error:
+            raise InputError(f"cannot go on from {file}, delete it: {reason(error)}") from error
 
 
 def train(

@@ -37,6 +37,9 @@ _NUMBERS = {
 
 _MOST_BYTES = 2**21  # those of whole robots have some 100 kB
 
+_DEEPEST = 100
+"""Elements within each other; those of links have five, and yourdfpy's parser takes 256."""
+
 _STUMBLES = (AttributeError, TypeError, ValueError, LookupError, SyntaxError, RecursionError)
 """What yourdfpy raises where it stumbles over something."""
 
@@ -55,7 +58,9 @@ def parsed(file: Path) -> Any:
     if size > _MOST_BYTES:
         raise InputError(f"has {size} bytes; URDFs of at most {_MOST_BYTES} are read")
     try:
-        root = ElementTree.parse(file).getroot()
+        root = ElementTree.parse(file, ElementTree.XMLParser(target=_ShallowTree())).getroot()
+    except InputError:
+        raise
     except ElementTree.ParseError as error:
         raise InputError(f"not well-formed XML ({error}); mend it there") from error
     except (OSError, ValueError, LookupError) as error:  # the last two: encodings
@@ -67,6 +72,22 @@ def parsed(file: Path) -> Any:
         return yourdfpy.URDF.load(read, build_scene_graph=False, load_meshes=False).robot
     except _STUMBLES as error:
         raise InputError(f"not valid URDF, mend it ({reason(error)})") from error
+
+
+class _ShallowTree(ElementTree.TreeBuilder):
+    """Refuses what is nested deeply."""
+
+    _depth = 0
+
+    def start(self, tag: Any, attrs: Any) -> ElementTree.Element:
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            raise InputError(f"has more than {_DEEPEST} elements within each other")
+        return super().start(tag, attrs)
+
+    def end(self, tag: Any) -> ElementTree.Element:
+        self._depth -= 1
+        return super().end(tag)
 
 
 def _check_elements(root: ElementTree.Element) -> None:

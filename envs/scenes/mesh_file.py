@@ -21,6 +21,8 @@ FORMATS = (".obj", ".ply", ".off", ".stl", ".glb")
 
 _FARTHEST = 1e12  # of a vertex's coordinates, whose squares and scaled ones shall not overflow
 
+_MOST_BYTES = 2**30  # text of about MOST_FACES
+
 MOST_FACES = 5_000_000
 """More are refused: collision checking would want tens of GB."""
 
@@ -58,22 +60,33 @@ def read_mesh(file: str | Path) -> FileMesh:
         raise InputError(f"{file}: meshes are read from {', '.join(FORMATS)} files")
     if not is_there(path.is_file):
         raise InputError(f"no such file: {file}")
-    if path.stat().st_size == 0:
+    size = path.stat().st_size
+    if size == 0:
         raise InputError(f"{file} is empty")
+    if size > _MOST_BYTES:
+        raise InputError(f"{file} has {size} bytes; meshes of at most {_MOST_BYTES} are read")
     mesh = _parsed(path)
     if len(mesh.faces) == 0:
         raise InputError(f"{file} holds no faces; a cloud of points has to be meshed first")
     if len(mesh.faces) > MOST_FACES:
         raise InputError(f"{file} has {len(mesh.faces)} faces, more than {MOST_FACES}: simplify it")
+    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+        raise InputError(f"{file} has faces whose vertices are not there")
     if not (np.abs(mesh.vertices) <= _FARTHEST).all():
         raise InputError(f"{file} has vertices that are NaN or infinite, or beyond {_FARTHEST:g}")
     return _cleaned(mesh, file)
 
 
+class _Alone(dict[str, bytes]):
+    """Where trimesh looks for files that a mesh names: none of them is opened."""
+
+    def __missing__(self, name: str) -> bytes:
+        raise ValueError(f"it wants another file, {name!r}; put what is needed into it")
+
+
 def _parsed(path: Path) -> trimesh.Trimesh:
     try:
-        # Without what it may say of other files.
-        return trimesh.load_mesh(path, process=False, skip_materials=True)
+        return trimesh.load_mesh(path, resolver=_Alone(), process=False, skip_materials=True)
     except MemoryError as error:
         raise InputError(f"{path} is too large for this machine's memory") from error
     except Exception as error:  # the parsers of other formats raise whatever they stumble on

@@ -21,7 +21,7 @@ from planners.fields.methods import method, unsupported
 from planners.fields.networks import TimeField
 from planners.fields.rooms import RoomInputs
 from planners.learned import LearnedPlanner, Trained, Training
-from planners.learning import learn
+from planners.learning import filled, learn
 from planners.scale import Scale
 from planners.weight_files import Tensors
 
@@ -92,10 +92,11 @@ class FieldPlanner(LearnedPlanner):
     def expected_minutes(self, env: Environment) -> float:
         return method(self.name, env).expected_minutes
 
+    def fitted(self, env: Environment, tensors: Tensors) -> nn.Module:
+        return filled(method(self.name, env).network(env), tensors)
+
     def load(self, env: Environment, tensors: Tensors) -> None:
-        net = method(self.name, env).network(env)
-        net.load_state_dict({name: torch.from_numpy(a) for name, a in tensors.items()})
-        self._use(env, net)
+        self._use(env, self.fitted(env, tensors))
         if self._compiled is not None:
             self._compile()
 

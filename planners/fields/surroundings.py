@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import numba
 import numpy as np
@@ -59,7 +60,7 @@ class Surroundings:
 
     Attributes:
         lower, upper: (3,) corners of what holds all of free space, in the networks' space.
-        view: what compiled code is given.
+        view: what compiled code is given; made when it is first asked for, which takes seconds.
 
     Raises:
         ValueError: the environment has another dimension.
@@ -68,8 +69,14 @@ class Surroundings:
     def __init__(self, env: Environment) -> None:
         if env.dimension != 3:
             raise ValueError(f"only for three dimensions, not {env.dimension}")
+        self.lower, self.upper = (Scale.of(env).shrink(corner) for corner in env.free_bounds)
+        self._env = ref(env)  # by which these are kept: it would never go
+
+    @cached_property
+    def view(self) -> View:
+        env = self._env()
+        assert env is not None, "who asks for what is about it keeps it"
         scale, model = Scale.of(env), env.speed_model
-        self.lower, self.upper = (scale.shrink(corner) for corner in env.free_bounds)
         reach = model.d_max / scale.extent
         volume = float(np.prod(self.upper - self.lower))
         grid = ClearanceGrid.sampled(
@@ -79,9 +86,7 @@ class Surroundings:
             max(_SPACING * reach, (volume / _MOST_NODES) ** (1 / 3)),
         )
         least = model.d_min / model.d_max
-        self.view = View(
-            grid.values, grid.lower, grid.per_unit, reach, least, model.contact or least
-        )
+        return View(grid.values, grid.lower, grid.per_unit, reach, least, model.contact or least)
 
     def __deepcopy__(self, memo: Any) -> Surroundings:
         return self  # nothing in it changes
@@ -109,7 +114,7 @@ _made: WeakKeyDictionary[Environment, Surroundings] = WeakKeyDictionary()
 
 
 def surroundings_of(env: Environment) -> Surroundings:
-    """Those of an environment, which take seconds: made once, kept as long as it is."""
+    """Those of an environment: made once, kept as long as it is."""
     if env not in _made:
         _made[env] = Surroundings(env)
     return _made[env]

@@ -19,7 +19,7 @@ from envs.problem import Array
 from envs.seeding import derived_seed
 from planners.base import Budget, Planner, PlannerResult, Status
 from planners.learned import LearnedPlanner, Trained, Training
-from planners.learning import Method, learn
+from planners.learning import Method, filled, learn
 from planners.mpnet.expansion import Expander
 from planners.mpnet.imitation import Imitation
 from planners.mpnet.networks import Mpnet, PlannerShape
@@ -96,10 +96,11 @@ class MpnetPlanner(LearnedPlanner):
         if self._fallback is not None:
             self._fallback.setup(env, seed=derived_seed("mpnet fallback", seed))
 
+    def fitted(self, env: Environment, tensors: Tensors) -> nn.Module:
+        return filled(METHOD.network(env), tensors)
+
     def load(self, env: Environment, tensors: Tensors) -> None:
-        net = METHOD.network(env)
-        net.load_state_dict({name: torch.from_numpy(a) for name, a in tensors.items()})
-        self._use(env, net)
+        self._use(env, self.fitted(env, tensors))
 
     def train(self, env: Environment, how: Training) -> Trained:
         def solved(net: nn.Module, problems: Sequence[Problem]) -> int:

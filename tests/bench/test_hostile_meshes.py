@@ -53,7 +53,15 @@ OUTSIDE = (
     b'"scenes":[{"nodes":[0]}],"scene":0}'
 )
 
+
+def binary_face(*corners: int) -> bytes:
+    """A triangle's vertices, and a face of these corners."""
+    return struct.pack("<9fB3i", 0, 0, 0, 1, 0, 0, 0, 1, 0, 3, *corners)
+
+
 HOSTILE: dict[str, bytes] = {
+    "a corner nowhere.ply": binary_ply(3, 1, binary_face(0, 1, 9)),
+    "a negative corner.ply": binary_ply(3, 1, binary_face(0, 1, -1)),
     "four billion vertices.ply": binary_ply(2**32 - 1, 1),
     "four billion faces.ply": binary_ply(3, 2**32 - 1),
     "a number of 5000 digits.ply": binary_ply(int("9" * 4000), 1),
@@ -78,6 +86,26 @@ def test_hostile_meshes_are_refused(name: str, tmp_path: Path, refused: Refused)
     assert name in said
     assert len(said) < 1200
     assert file.read_bytes() == HOSTILE[name]
+
+
+def test_10_gb_are_not_read(tmp_path: Path, refused: Refused) -> None:
+    file = tmp_path / "mesh.obj"
+    file.touch()
+    os.truncate(file, 10 * 2**30)  # takes no room on disk
+    assert "meshes of at most" in refusal(refused, file)
+
+
+@pytest.mark.parametrize("name", ["../secret.bin", "beside.bin", "pipe"])
+def test_numbers_in_other_files_are_not_read(name: str, tmp_path: Path, refused: Refused) -> None:
+    inside = tmp_path / "inside"
+    inside.mkdir()
+    for other in (tmp_path / "secret.bin", inside / "beside.bin"):
+        other.write_bytes(struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0))
+    os.mkfifo(inside / "pipe")
+    file = inside / "mesh.glb"
+    json = OUTSIDE.replace(b"../../secret.bin", name.encode())
+    file.write_bytes(glb(json + b" " * (-len(json) % 4), 1000))
+    assert f"wants another file, '{name}'" in refusal(refused, file)
 
 
 def pipe(file: Path) -> None:

@@ -64,6 +64,7 @@ BOMBS = {
     "an address": external("http://localhost:9/x"),
     "parameter": '<!DOCTYPE robot [<!ENTITY % p SYSTEM "http://localhost:9/x"> %p;]><robot/>',
     "deep": "<robot name='a'>" + "<link>" * 20_000,
+    "deep and closed": robot(A, B, AB, "<x>" * 300 + "</x>" * 300),
     "100,000 links": robot(*(f'<link name="l{n}"/>' for n in range(100_000))),
 }
 

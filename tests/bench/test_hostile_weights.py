@@ -76,6 +76,10 @@ def cut_row(tensors: dict[str, np.ndarray]) -> None:
     tensors[name] = np.ascontiguousarray(tensors[name][:-1])
 
 
+def widen(tensors: dict[str, np.ndarray]) -> None:
+    tensors[largest(tensors)] = tensors[largest(tensors)].astype(np.float64)
+
+
 def put_nan(tensors: dict[str, np.ndarray]) -> None:
     tensors[largest(tensors)].flat[0] = np.nan
 
@@ -115,6 +119,7 @@ HOSTILE: dict[str, tuple[Callable[[Path], object], str]] = {
         lambda f: with_tensors(f, lambda t: t.update(more=np.ones(3, np.float32))),
         "does not hold weights of ntfields",
     ),
+    "other numbers": (lambda f: with_tensors(f, widen), "float64"),
     "NaN": (lambda f: with_tensors(f, put_nan), "NaN or infinite"),
     "manifest: no JSON": (lambda f: beside(f).write_text("{"), "w.json"),
     "manifest: deep": (lambda f: beside(f).write_text("[" * 100_000), "w.json"),
@@ -140,6 +145,22 @@ def test_weights_are_refused(kind: str, weights: Path, refused: Refused) -> None
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - grown
     assert grown < 2**20, "kB; nothing like 10 GB was held"
     assert state(weights.parent) == before
+
+
+def test_weights_that_are_found_must_fit_too(
+    weights: Path, refused: Refused, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    env = "c3d:scene=55,boxes=3"
+    domain = envs.make(env).fingerprint
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    with_tensors(weights, cut_row)
+    say(weights, env_fingerprint=domain)
+    weight_files.link(weights, "ntfields", domain)
+    said = refused(
+        *("run", "--env", env, "--planners", "ntfields", "--problems", 1, "--stop", "first"),
+    )
+    assert "does not hold weights of ntfields" in said
+    assert "size mismatch" in said, "why"
 
 
 def test_a_pickle_is_not_run(weights: Path, tmp_path: Path, refused: Refused) -> None:

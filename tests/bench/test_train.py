@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import sqlite3
 from dataclasses import replace
@@ -145,12 +146,28 @@ def test_an_interrupted_training_goes_on(
     assert not list((brief / "training").iterdir())
 
 
-def test_a_damaged_checkpoint_is_named(bench: Cli, brief: Path) -> None:
+def saved(content: object) -> bytes:
+    file = io.BytesIO()
+    torch.save(content, file)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"PK not a checkpoint",
+        saved([1]),
+        saved({"net": 3}),
+        saved({"net": {}}),
+        saved(Path("code")),
+    ],
+)
+def test_a_damaged_checkpoint_is_named(content: bytes, bench: Cli, brief: Path) -> None:
     made = envs.make(SCENE)
     from bench.training import _checkpoint
 
     file = _checkpoint("ntfields", made, "1 0 None cpu")
-    file.write_bytes(b"PK not a checkpoint")
+    file.write_bytes(content)
     code, out, err = bench(*train_it())
     assert code == 2
     assert out == ""

@@ -277,7 +277,8 @@ def test_ends_on_both_sides_of_a_wall_are_not_joined(net: TimeField) -> None:
 
 def test_an_escape_is_to_a_place_in_sight_with_a_smaller_time(net: TimeField) -> None:
     compiled = CompiledField(net)
-    about = surroundings_of(TwoRooms())
+    world = TwoRooms()
+    about = surroundings_of(world)
     low, high = np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32)
 
     def time(ends: np.ndarray) -> float:
