@@ -61,13 +61,28 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Path:
             children = psutil.Process(process.pid).children(recursive=True)
             process.kill()
             process.wait()
-        _, alive = psutil.wait_procs(children, timeout=5)
-        assert not alive, "workers end with the harness"
+        _wait_for_end(children)
         found = {row[0]: row for row in rows(folder)}
         assert known.items() <= found.items(), "what was committed is lost or measured again"
         known = found
     assert len(known) > KILLS, "it was killed while it measured"
     return folder
+
+
+def _wait_for_end(workers: list[psutil.Process]) -> None:
+    """Until they have ended, although the system's first process may still list them: it can take
+    seconds to collect those whose parent is gone."""
+    deadline = time.monotonic() + 5
+    while any(_runs(worker) for worker in workers):
+        assert time.monotonic() < deadline, "workers end with the harness"
+        time.sleep(0.005)
+
+
+def _runs(process: psutil.Process) -> bool:
+    try:
+        return process.status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
 
 
 def _wait_for_rows(folder: Path, began: int) -> None:
