@@ -192,44 +192,41 @@ def make_suite(
     # Not the arenas' own, which the judge uses: planners get to see these.
     worlds = [entry.make() for entry in env_entries]
     chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
-    rule = StopRule.parse(_paper_rule(worlds) if stop == PAPER else stop)
+    text, told = _paper_rule(worlds) if stop == PAPER else (stop, [])
+    rule = StopRule.parse(text)
     named = {entry.id for entry in chosen}
     needed = rule.reference is not None and any(entry.make().improves for entry in chosen)
     added = [rule.reference] if rule.reference and needed and rule.reference.id not in named else []
+    told += [f"{entry.id} runs too, as the reference of --stop {stop}" for entry in added]
     chosen = [*added, *(on_device(entry, device) for entry in chosen)]
-    for entry in chosen:
-        entry.make()  # refuses bad arguments before anything runs
-    arenas = tuple(Arena.make(entry, problems, seed) for entry in env_entries)
-    for entry in chosen:
+    for entry in chosen:  # refuses bad arguments before anything runs
         for world in worlds:
             check_weights(entry.make(), world)
-    for entry in added:
-        logger.info("%s runs too, as the reference of --stop %s", entry.id, stop)
+    arenas = tuple(Arena.make(entry, problems, seed) for entry in env_entries)
+    for line in told:  # not before: what is refused is refused in one line
+        logger.info(line)
     return Suite(
         arenas, tuple(chosen), problems, seed, time_limit_s, rule, jobs, memory_limit_mb, train
     )
 
 
-def _paper_rule(worlds: list[Environment]) -> str:
-    """The paper's rule, as far as its reference is there: MPNet's weights are half an hour's work,
-    which a default should not cost."""
+def _paper_rule(worlds: list[Environment]) -> tuple[str, list[str]]:
+    """The paper's rule, as far as its reference is there, and what is to be said about it: MPNet's
+    weights are half an hour's work, which a default should not cost."""
     mpnet = planners.make("mpnet")
     assert isinstance(mpnet, LearnedPlanner)
     reason = next(filter(None, map(mpnet.unsupported, worlds)), None)
     if reason is None and all(mpnet.weights_file(world) is not None for world in worlds):
-        return "match:mpnet"
+        return "match:mpnet", []
     why = reason or "it has no weights here"
     fmm = planners.make("fmm")
     without = next(filter(None, map(fmm.unsupported, worlds)), None)
     if without is not None:
-        logger.info(
+        return "first", [
             "--stop paper: planners stop at their first solution, as no length is there to match "
-            "(mpnet: %s; fmm: %s)",
-            *(why, without),
-        )
-        return "first"
-    logger.info("--stop paper: fmm sets the length to match, as mpnet does not: %s", why)
-    return "match:fmm"
+            f"(mpnet: {why}; fmm: {without})"
+        ]
+    return "match:fmm", [f"--stop paper: fmm sets the length to match, as mpnet does not: {why}"]
 
 
 def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:

@@ -157,7 +157,7 @@ def test_weights_that_are_found_must_fit_too(
     say(weights, env_fingerprint=domain)
     weight_files.link(weights, "ntfields", domain)
     said = refused(
-        *("run", "--env", env, "--planners", "ntfields", "--problems", 1, "--stop", "first"),
+        *("run", "--env", env, "--planners", "ntfields", "--problems", 1),
     )
     assert "does not hold weights of ntfields" in said
     assert "size mismatch" in said, "why"
