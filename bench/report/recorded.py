@@ -63,17 +63,11 @@ class RecordedRun:
 
         Raises:
             InputError: two of them have the same planner in the same environment, whose rows
-                would be mixed.
+                would be mixed, or other problems under one environment's name, on which planners
+                would be compared.
         """
-        seen: dict[tuple[str, str], Path] = {}
-        for run in runs:
-            for pair in run.order:
-                if pair in seen:
-                    raise InputError(
-                        f"{seen[pair]} and {run.folders[0]} both have {pair[1]} in {pair[0]}; "
-                        "`bench compare` sets such runs side by side"
-                    )
-                seen[pair] = run.folders[0]
+        _check_problems(runs)
+        _check_planners(runs)
         return RecordedRun(
             tuple(folder for run in runs for folder in run.folders),
             tuple(selection for run in runs for selection in run.selections),
@@ -91,6 +85,15 @@ class RecordedRun:
             for planner in selection["planners"]
         ]
 
+    @property
+    def problems(self) -> list[tuple[str, str]]:
+        """By environment, what tells its problems from others."""
+        return [
+            (env["id"], f"fingerprint {env['fingerprint']} and seed {selection['seed']}")
+            for selection in self.selections
+            for env in selection["envs"]
+        ]
+
     @cached_property
     def summary(self) -> pd.DataFrame:
         """A row per environment and planner; see `bench.report.summary.summarise`."""
@@ -105,6 +108,30 @@ class RecordedRun:
     def caption(self) -> str:
         """How the numbers came about, in a line for each run."""
         return "\n\n".join(_caption(selection) for selection in self.selections)
+
+
+def _check_problems(runs: Sequence[RecordedRun]) -> None:
+    seen: dict[str, tuple[str, Path]] = {}
+    for run in runs:
+        for env, problems in run.problems:
+            known, folder = seen.setdefault(env, (problems, run.folders[0]))
+            if problems != known:
+                raise InputError(
+                    f"{folder} has {env} with {known}, {run.folders[0]} with {problems}: "
+                    "planners would be compared on different problems"
+                )
+
+
+def _check_planners(runs: Sequence[RecordedRun]) -> None:
+    seen: dict[tuple[str, str], Path] = {}
+    for run in runs:
+        for pair in run.order:
+            if pair in seen:
+                raise InputError(
+                    f"{seen[pair]} and {run.folders[0]} both have {pair[1]} in {pair[0]}; "
+                    "`bench compare` sets such runs side by side"
+                )
+            seen[pair] = run.folders[0]
 
 
 def _selected(store: StoredRecords, selection: dict[str, Any]) -> pd.DataFrame:

@@ -140,13 +140,6 @@ def test_a_scene_that_is_not_what_it_was_is_not_shown(env: str) -> None:
     json.dumps(data, allow_nan=False)
 
 
-def test_runs_of_other_problems_are_not_set_side_by_side() -> None:
-    one = recorded([row("p", 0, "VALID", solve_s=1.0)])
-    other = recorded([row("q", 0, "VALID", solve_s=1.0, problems_seed=8)], seed=8)
-    titles = [arena.title for arena in arenas_of(RecordedRun.joined([one, other]))]
-    assert titles == ["c3d, seed 0, f", "c3d, seed 8, f"]
-
-
 def test_settings_machines_and_costs_are_said() -> None:
     run = recorded([row("p", 0, "VALID", solve_s=1.0, setup_s=12.5, train_s=100.25)])
     [session] = run.sessions

@@ -11,6 +11,7 @@ from contextlib import closing
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -152,13 +153,13 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def stored(folder: Path, env: str, *planners: str) -> Path:
+def stored(folder: Path, env: str, *planners: str, seed: int = 0, fingerprint: str = "f") -> Path:
     """A folder with a run of one problem, made by hand."""
-    rows = [
-        row(planner, 0, "VALID", env=env, solve_s=0.5, length=3.0, safety_margin=0.25)
-        for planner in planners
-    ]
-    [selection] = recorded(rows).selections
+    measured = {"solve_s": 0.5, "length": 3.0, "safety_margin": 0.25}
+    world = {"env": env, "env_fingerprint": fingerprint, "problems_seed": seed}
+    rows = [row(planner, 0, "VALID", **world, **measured) for planner in planners]
+    envs = [{"id": env, "fingerprint": fingerprint}]
+    [selection] = recorded(rows, envs=envs, seed=seed).selections
     with Store(folder) as store:
         for values in rows:
             store.put(Record(**{name: values[name] for name in COLUMNS}))
@@ -241,6 +242,19 @@ def test_the_same_planner_in_the_same_environment_twice_is_refused(
     b = Path(shutil.copytree(a, tmp_path / "b"))
     said = refused("report", a, b, "--out", tmp_path / "rep")
     assert "both have p in c3d" in said
+    assert not (tmp_path / "rep").exists()
+
+
+@pytest.mark.parametrize(
+    ("other", "problems"),
+    [({"seed": 1}, "fingerprint f and seed 1"), ({"fingerprint": "g"}, "fingerprint g and seed 0")],
+)
+def test_other_problems_under_the_same_name_are_refused(
+    other: dict[str, Any], problems: str, refused: Refused, tmp_path: Path
+) -> None:
+    a, b = stored(tmp_path / "a", "c3d", "p"), stored(tmp_path / "b", "c3d", "q", **other)
+    said = refused("report", a, b, "--out", tmp_path / "rep")
+    assert f"{a} has c3d with fingerprint f and seed 0, {b} with {problems}" in said
     assert not (tmp_path / "rep").exists()
 
 

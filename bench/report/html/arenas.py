@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pandas as pd
@@ -18,14 +17,12 @@ class Arena:
     """The attempts at the same problems of one environment.
 
     Attributes:
-        title: the environment's id, and the problems' seed where there is another one.
         env, fingerprint: of the environment.
         seed: of the problems.
         records: the attempts.
         time_limit_s: the longest of them had.
     """
 
-    title: str
     env: str
     fingerprint: str
     seed: int
@@ -62,19 +59,17 @@ class Arena:
 
 def arenas_of(run: RecordedRun) -> list[Arena]:
     """In the tables' order."""
-    return list(_arenas(run))
-
-
-def _arenas(run: RecordedRun) -> Iterator[Arena]:
     limits = {
         selection["settings_digest"]: float(selection["settings"]["time_limit_s"])
         for selection in run.selections
     }
-    keys = ["env", "env_fingerprint", "problems_seed"]
-    groups = [records for _, records in run.records.groupby(keys, sort=False)]
-    ids = [records["env"].iloc[0] for records in groups]
-    for env, records in zip(ids, groups, strict=True):
-        fingerprint, seed = (records[key].iloc[0] for key in keys[1:])
-        title = env if ids.count(env) == 1 else f"{env}, seed {seed}, {fingerprint}"
-        limit = max(limits[digest] for digest in records["settings"].unique())
-        yield Arena(title, env, fingerprint, int(seed), records, limit)
+    return [
+        Arena(
+            str(env),
+            str(records["env_fingerprint"].iloc[0]),
+            int(records["problems_seed"].iloc[0]),
+            records,
+            max(limits[digest] for digest in records["settings"].unique()),
+        )
+        for env, records in run.records.groupby("env", sort=False)
+    ]

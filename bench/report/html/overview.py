@@ -37,7 +37,7 @@ def overview_data(arena: Arena, numbers: dict[str, int]) -> dict[str, Any]:
         return [{"planner": numbers[name], **_listed(curve)} for name, curve in made if curve]
 
     return {
-        "title": arena.title,
+        "title": arena.env,
         "limit": arena.time_limit_s,
         "planners": [numbers[planner] for planner in arena.planners],
         "problems": arena.problems,

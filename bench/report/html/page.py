@@ -46,7 +46,7 @@ def text(run: RecordedRun) -> str:
     }
     page: str = _template().render(
         run=run,
-        environments=[arena.title for arena in arenas],
+        environments=[arena.env for arena in arenas],
         data=data,
         packages=[compressed(_json(problems_data(arena))) for arena in arenas],
         plotly=compressed(get_plotlyjs()),
