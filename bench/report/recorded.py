@@ -106,8 +106,10 @@ class RecordedRun:
 
     @property
     def caption(self) -> str:
-        """How the numbers came about, in a line for each run."""
-        return "\n\n".join(_caption(selection) for selection in self.selections)
+        """How the numbers came about, in a line for each run; of several, each says whose."""
+        if len(self.selections) == 1:
+            return _caption(self.selections[0])
+        return "\n\n".join(f"{_whose(s)}: {_caption(s)}" for s in self.selections)
 
 
 def _check_problems(runs: Sequence[RecordedRun]) -> None:
@@ -150,6 +152,12 @@ def _selected(store: StoredRecords, selection: dict[str, Any]) -> pd.DataFrame:
     ordered = ranked.sort_values(["env_rank", "planner_rank", "problem"], ignore_index=True)
     chosen: pd.DataFrame = ordered.drop(columns=["env_rank", "planner_rank"])
     return chosen
+
+
+def _whose(selection: dict[str, Any]) -> str:
+    """Which rows of the tables are a run's."""
+    envs = ", ".join(env["id"] for env in selection["envs"])
+    return f"{', '.join(selection['planners'])} in {envs}"
 
 
 def _caption(selection: dict[str, Any]) -> str:

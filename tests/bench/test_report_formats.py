@@ -224,6 +224,8 @@ def test_two_runs_become_one_report(bench: Cli, tmp_path: Path) -> None:
         of_latex((tmp_path / "rep/summary.tex").read_text(encoding="utf-8")),
     ):
         assert_agree(success, exact, printed("std"))
+    assert "p, q in c3d: 1 problems an environment" in out
+    assert "p in box: 1 problems an environment" in out
     with closing(sqlite3.connect(tmp_path / "rep/planner_arena.db")) as connection:
         experiments = connection.execute("SELECT name FROM experiments").fetchall()
     assert experiments == [("c3d",), ("box",)]
