@@ -199,7 +199,7 @@ def make_suite(
     added = [rule.reference] if rule.reference and needed and rule.reference.id not in named else []
     told += [f"{entry.id} runs too, as the reference of --stop {stop}" for entry in added]
     chosen = [*added, *(on_device(entry, device) for entry in chosen)]
-    for entry in chosen:  # refuses bad arguments before anything runs
+    for entry in chosen:  # bad arguments and weights are refused before anything runs
         for world in worlds:
             check_weights(entry.make(), world)
     arenas = tuple(Arena.make(entry, problems, seed) for entry in env_entries)

@@ -156,9 +156,7 @@ def test_weights_that_are_found_must_fit_too(
     with_tensors(weights, cut_row)
     say(weights, env_fingerprint=domain)
     weight_files.link(weights, "ntfields", domain)
-    said = refused(
-        *("run", "--env", env, "--planners", "ntfields", "--problems", 1),
-    )
+    said = refused("run", "--env", env, "--planners", "ntfields", "--problems", 1)
     assert "does not hold weights of ntfields" in said
     assert "size mismatch" in said, "why"
 
