@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from bad_urdfs import collision, joint, link, robot
 from scipy.spatial.transform import Rotation
 
 from envs import Environment
@@ -17,6 +19,20 @@ from envs.robots.arm import Arm, ArmView, Part
 from envs.robots.chain import Chain, Joint, Link
 
 ARMS = ("arm4", "arm5", "arm6")
+
+TURNING_HAND = (
+    link("base", ""),
+    link("hand", collision('<sphere radius="0.05"/>', '<origin xyz="0.5 0 0"/>')),
+    joint("turn", "base", "hand", "continuous", "", "0 0 1"),
+)
+"""Elements of an arm: a hand that turns about a post."""
+
+
+def arm_file(folder: Path, *elements: str) -> Path:
+    """A URDF of these elements."""
+    file = folder / "arm.urdf"
+    file.write_text(robot(*elements))
+    return file
 
 
 def at(x: float, y: float, z: float, *rpy: float) -> Array:

@@ -1,4 +1,4 @@
-"""Worlds of arms: their problems, the cluttered tables, arms and scenes of users."""
+"""Worlds of arms: their problems, and the arms and cluttered tables that ship."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bad_urdfs import LIMIT, collision, joint, link, robot
+from arms import TURNING_HAND, arm_file
+from bad_urdfs import collision, joint, link
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import envs
-from envs import Environment, InputError
+from envs import Environment
 from envs.collision.fcl_model import CollisionModel
 from envs.collision.primitives import nearest, view_of
-from envs.collision.shapes import Box, Cylinder, Placed, Sphere
+from envs.collision.shapes import Box, Cylinder, Placed
 from envs.collision.surface import surface_points
 from envs.robots import connection
 from envs.robots.arm import Arm
@@ -110,19 +111,6 @@ def post(x: float, radius: float = 0.05) -> Placed:
     pose = np.eye(4)
     pose[0, 3] = x
     return Placed(Cylinder(radius, 1.0), pose)
-
-
-def arm_file(folder: Path, *elements: str) -> Path:
-    file = folder / "arm.urdf"
-    file.write_text(robot(*elements))
-    return file
-
-
-TURNING_HAND = (
-    link("base", ""),
-    link("hand", collision('<sphere radius="0.05"/>', '<origin xyz="0.5 0 0"/>')),
-    joint("turn", "base", "hand", "continuous", "", "0 0 1"),
-)
 
 
 def test_what_a_wall_parts_is_not_joined(tmp_path: Path) -> None:
@@ -250,117 +238,3 @@ def test_speeds_follow_clearances() -> None:
 def test_arms_that_may_not_touch_themselves_have_problems(text: str) -> None:
     env = envs.make(f"{text}:self_collision=true")
     assert len(env.sample_problems(5, 0)) == 5
-
-
-# Arms and scenes of users
-
-
-def test_a_users_arm_among_a_users_solids(tmp_path: Path) -> None:
-    file = arm_file(tmp_path, *TURNING_HAND)
-    (tmp_path / "scene.yaml").write_text("obstacles: [{sphere: 0.1, position: [0.5, 0, 0]}]")
-    env = envs.make(f"arm:urdf={file},scene={tmp_path / 'scene.yaml'}")
-    assert [*env.lower, *env.upper] == [-math.pi, math.pi]
-    (obstacle,) = env.obstacles
-    assert isinstance(obstacle, Placed)
-    assert obstacle.solid == Sphere(0.1)
-    found = env.clearance(np.array([[0.0], [math.pi / 2], [math.pi]]))
-    assert found == pytest.approx([0, 0.5 * 2**0.5 - 0.15, 0.85], abs=1e-6)
-    for problem in env.sample_problems(5, 0):
-        assert env.clearance(np.array([problem.start, problem.goal])).min() >= 0.02
-    assert isinstance(env.robot, Arm)
-    assert env.robot.self_collision, "unless told otherwise"
-
-
-def test_with_nothing_about_all_is_free(tmp_path: Path) -> None:
-    env = envs.make(f"arm:urdf={arm_file(tmp_path, *TURNING_HAND)}")
-    q = np.array([[0.0], [1.0]])
-    assert np.isposinf(env.clearance(q)).all()
-    assert np.isposinf(env.rough_clearance(q)).all()
-    assert env.speed(q).tolist() == [1, 1]
-    model = env.collision_model()
-    assert model.segment_is_free(env.lower, env.upper)
-    assert model.min_clearance(np.array([env.lower, env.upper])) > 1e9
-
-
-def test_with_nothing_about_there_are_problems(tmp_path: Path) -> None:
-    env = envs.make(f"arm:urdf={arm_file(tmp_path, *TURNING_HAND)}")
-    assert len(env.sample_problems(7, 0)) == 7
-    assert env.census(7, 0)["share_of_straight_lines_blocked"] == 0
-
-
-def test_too_little_room_is_one_clear_line(tmp_path: Path) -> None:
-    (tmp_path / "scene.yaml").write_text("obstacles: [{box: [2, 2, 2]}]")
-    file = arm_file(tmp_path, *TURNING_HAND)
-    env = envs.make(f"arm:urdf={file},scene={tmp_path / 'scene.yaml'}")
-    with pytest.raises(InputError, match="found only 0 of 3 problems") as caught:
-        env.sample_problems(3, 0)
-    assert "\n" not in str(caught.value)
-
-
-def test_ends_that_cannot_be_joined_are_one_clear_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Two posts part the one way there is, and in neither half are ends far enough apart."""
-    monkeypatch.setattr(connection, "ITERATIONS", 20)
-    entries = [f"{{sphere: 0.1, position: [{x}, {y}, 0]}}" for x, y in ((0.5, 0), (-0.5, 0))]
-    (tmp_path / "scene.yaml").write_text(f"obstacles: [{', '.join(entries)}]")
-    file = arm_file(tmp_path, *TURNING_HAND)
-    env = envs.make(f"arm:urdf={file},scene={tmp_path / 'scene.yaml'}")
-    env.min_separation = 2.6  # type: ignore[attr-defined]
-    with pytest.raises(InputError, match="joined") as caught:
-        env.sample_problems(3, 0)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_table_with_no_blocked_line_has_too_few_problems(tmp_path: Path) -> None:
-    class Demanding(ArmWorld):
-        most_free_of_five = 2
-
-    chain, parts = read_urdf(arm_file(tmp_path, *TURNING_HAND))
-    far = np.eye(4)
-    far[0, 3] = 9
-    world = Demanding(Arm(chain, parts, False), [Placed(Sphere(0.1), far)], "test")
-    with pytest.raises(InputError, match="found only 2 of 3 problems") as caught:
-        world.sample_problems(3, 0)
-    assert "straight lines" in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("arm", "urdf=FILE is needed"),
-        ("arm:scene=x.yaml", "urdf=FILE is needed"),
-        ("arm:urdf=FOLDER/none.urdf", "none.urdf: no such file"),
-        ("arm:urdf=FOLDER/arm.urdf,scene=FOLDER/none.yaml", "none.yaml: no such file"),
-        ("arm:urdf=FOLDER/arm.urdf,scene=FOLDER", "no such file"),
-        ("arm:urdf=FOLDER/arm.urdf,scene=FOLDER/arm.urdf", "arm.urdf: "),
-        ("arm:urdf=FOLDER/bad.urdf", "no limits"),
-        ("arm:file=FOLDER/arm.urdf", "has no argument 'file'"),
-        ("arm4:scene=-1", "scene must be between"),
-        ("arm6:scene=4294967296", "scene must be between"),
-        ("arm6:self_collision=perhaps", "not of type bool"),
-        ("arm5:model=arm4", "has no argument 'model'"),
-    ],
-)
-def test_bad_arguments_are_refused_in_one_line(text: str, said: str, tmp_path: Path) -> None:
-    arm_file(tmp_path, *TURNING_HAND)
-    (tmp_path / "bad.urdf").write_text(
-        robot(link("a"), link("b"), joint("j", "a", "b", inside="", axis="0 0 1"))
-    )
-    with pytest.raises(InputError) as caught:
-        envs.make(text.replace("FOLDER", str(tmp_path)))
-    assert said in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_fingerprints_of_users_worlds_follow_content(tmp_path: Path) -> None:
-    chains = {}
-    for limit in (LIMIT, LIMIT.replace("1.5", "1.6")):
-        file = arm_file(tmp_path, link("a"), link("b"), joint("j", "a", "b", inside=limit))
-        for self_collision in ("true", "false"):
-            env = envs.make(f"arm:urdf={file},self_collision={self_collision}")
-            chains[limit, self_collision] = env.fingerprint
-    assert len(set(chains.values())) == 4
-    copy = tmp_path / "copy.urdf"
-    copy.write_bytes(file.read_bytes())
-    assert envs.make(f"arm:urdf={copy}").fingerprint == chains[limit, "true"]
