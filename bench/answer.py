@@ -99,7 +99,7 @@ class Clock:
         return max(0.0, self.busy_s - cpu_s) / self.most_s
 
 
-def set_up_of(message: Message, _: Array | None, clock: Clock) -> SetUp:
+def set_up_of(message: Message, path: Array | None, clock: Clock) -> SetUp:
     """What a worker says of setting up.
 
     Raises:
@@ -107,7 +107,7 @@ def set_up_of(message: Message, _: Array | None, clock: Clock) -> SetUp:
     """
     status = message["status"]
     fault = "" if status is None else Fault(status).value
-    seconds, _ = clock.bounded(message["setup_s"])
+    seconds, _note = clock.bounded(message["setup_s"])
     train_s = _amount(message.get("train_s")) or 0.0
     return SetUp(fault, storable(message["error"]), seconds, train_s)
 

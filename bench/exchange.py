@@ -36,7 +36,8 @@ class Exchange:
         self._marks: list[str] = []
         self._begun = monotonic()
         self._took_s = 0.0
-        self._busy_before = self._busy_s = None
+        self._busy_before: float | None = None
+        self._busy_s: float | None = None
         self.until = self._begun + max(limit_s, _PREPARES_S) + LAST_WORDS_S
 
     def note(self, mark: str, connection: socket.socket) -> None:

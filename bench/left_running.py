@@ -8,6 +8,7 @@ pool's.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import threading
@@ -170,17 +171,18 @@ def _others_cpu_s() -> float:
 
 def _thread_times() -> dict[int, float]:
     """Processor time of the other threads by the system's numbers, where it tells (Linux)."""
-    own, found = threading.get_native_id(), {}
     if not _TASKS.exists():
-        return found
-    for id in map(int, os.listdir(_TASKS)):  # noqa: PTH208
-        try:
-            if id != own:
-                told = (_TASKS / str(id) / "schedstat").read_text()
-                found[id] = int(told.split()[0]) / 1e9
-        except (OSError, IndexError):  # it has ended, or the system does not count
-            continue
-    return found
+        return {}
+    others = set(map(int, os.listdir(_TASKS))) - {threading.get_native_id()}  # noqa: PTH208
+    return {id: _time_of_thread(id) for id in others}
+
+
+def _time_of_thread(id: int) -> float:
+    """In seconds; 0 if it has ended, or the system does not count."""
+    with contextlib.suppress(OSError, IndexError):
+        told = (_TASKS / str(id) / "schedstat").read_text()
+        return int(told.split()[0]) / 1e9
+    return 0.0
 
 
 def _times_below() -> dict[int, float]:

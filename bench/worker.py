@@ -17,7 +17,6 @@ import socket
 import sys
 import traceback
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
