@@ -16,6 +16,7 @@ from typing import NoReturn
 import psutil
 
 from bench.arguments import COMMANDS
+from bench.launch import COMMAND
 from envs import InputError
 from envs.errors import suggestion
 from planners import files as planner_files
@@ -32,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         chosen = _parse(arguments)
         chosen.started_s = _since_process_start() if arguments is None else 0.0
-        with planner_files.registered(chosen.planner_file):
+        with COMMAND.begun(), planner_files.registered(chosen.planner_file):
             code: int = chosen.command(chosen)
         print(end="", flush=True)  # what cannot be written shall fail here
     except InputError as error:

@@ -14,7 +14,7 @@ from typing import Any
 
 import psutil
 
-from bench.process import ONE_THREAD
+from bench.launch import COMMAND, ONE_THREAD
 
 _PACKAGES = (
     "plannerbench",
@@ -106,6 +106,7 @@ def describe() -> dict[str, Any]:
         "git": _git_state(),
         "threads_per_worker": 1,
         "thread_variables": dict(ONE_THREAD),
+        "speed_variables": COMMAND.start.variables_of_speed,
     }
 
 

@@ -2,89 +2,61 @@
 
 from __future__ import annotations
 
-import contextlib
-import functools
-import json
 import os
 import signal
+import socket
 import subprocess
-import sys
 import tempfile
+import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from multiprocessing import Pipe
+from dataclasses import replace
+from multiprocessing import connection
 from time import monotonic
-from typing import Any
+from typing import Any, TypeVar
 
 import psutil
 
-from bench import process_group, wire
+from bench import launch, process_group, wire
+from bench.answer import Attempt, Clock, SetUp, attempt_of, set_up_of, storable
+from bench.exchange import Exchange
+from bench.launch import ONE_THREAD
 from bench.record import Fault
 from envs import Problem
 from envs.problem import Array
 from envs.registry import Entry
-from planners import Status
+
+__all__ = ["GRACE_S", "GRACE_SHARE", "ONE_THREAD", "Attempt", "SetUp", "WorkerProcess"]
 
 GRACE_SHARE, GRACE_S = 0.2, 1.0
 """A planner is killed when it overruns its time limit by both of these."""
 
 _POLL_S = 0.05  # how often a working process is looked at
-_LAST_WORDS_S = 2.0  # for a process that ends itself at the hard limit to say where it hung
 _GOODBYE_S = 2.0  # for an idle process to end when its parent hangs up
+_DIES_S = 5.0  # for one that closed its connection to be gone
 _LOG_LIMIT = 16 * 2**20  # bytes of output kept of a planner that prints without end
-_BOOT = (  # not `-m`: that would look for our packages in the current folder first
-    "import json, sys; sys.path[:] = json.loads(sys.argv[2]);"
-    "from bench.worker import main; main(int(sys.argv[1]))"
-)
-ONE_THREAD = dict.fromkeys(
-    (
-        "OMP_NUM_THREADS",
-        "OPENBLAS_NUM_THREADS",
-        "MKL_NUM_THREADS",
-        "NUMEXPR_NUM_THREADS",
-        "VECLIB_MAXIMUM_THREADS",
-        "NUMBA_NUM_THREADS",
-    ),
-    "1",
-)
-"""Environment variables of every worker: one thread for each numerical library."""
+
+T = TypeVar("T")
+_Reader = Callable[[wire.Message, Array | None, Clock], T]
+"""What makes something of an answer."""
 
 
-@dataclass(frozen=True)
-class SetUp:
-    """How setting up went: `fault` is empty if the planner is ready."""
+class _LostError(Exception):
+    """A process gave no answer.
 
-    fault: str
-    error: str
-    setup_s: float
-    train_s: float = 0.0
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """What came of asking for a path: the claim or the fault, and what it cost.
-
-    For the costs see `bench.record.Record`; None is what was not measured.
+    Attributes:
+        fault: in its place; why: in words; spent_s: seconds that it had.
     """
 
-    status: str
-    solve_s: float | None
-    path: Array | None = None
-    error: str = ""
-    stats: dict[str, Any] = field(default_factory=dict)
-    peak_memory_mb: float | None = None
-    cpu_s: float | None = None
-    load: float | None = None
-    attempt_memory_mb: float | None = None
-
-    @property
-    def claims(self) -> bool:
-        """Whether there is something to judge: a claimed solution or any path."""
-        return self.status == Status.EXACT_SOLUTION.value or self.path is not None
+    def __init__(self, fault: Fault, why: str, spent_s: float) -> None:
+        super().__init__(why)
+        self.fault, self.why, self.spent_s = fault.value, why, spent_s
 
 
 class WorkerProcess:
     """One planner in one environment, in a process of its own with one thread per library.
+
+    While it is asked nothing it is stopped, with all that it started in its group, so that it takes
+    nothing from whoever plans meanwhile.
 
     Args:
         env, planner: what the process makes for itself.
@@ -98,16 +70,19 @@ class WorkerProcess:
         self._memory_limit_mb = memory_limit_mb
         self._closed = False
         self._working = False
+        self._largest_mb = 0.0  # as seen from here while it worked
+        self._closing = threading.Lock()
         self._log = tempfile.TemporaryFile("a+b")  # noqa: SIM115  closed by close()
-        self._connection, theirs = Pipe()
+        self._connection, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-c", _BOOT, str(theirs.fileno()), json.dumps(sys.path)],
+                launch.arguments(theirs.fileno()),
                 stdin=subprocess.DEVNULL,
                 stdout=self._log,
                 stderr=self._log,
                 pass_fds=[theirs.fileno()],
-                env={**os.environ, **ONE_THREAD},
+                env=launch.variables(),
+                cwd=launch.COMMAND.start.folder,
                 start_new_session=True,  # a Ctrl-C is the harness's to handle
             )
         self._described = {
@@ -119,13 +94,14 @@ class WorkerProcess:
     def set_up(self, seed: int, limit_s: float) -> SetUp:
         """Makes environment and planner in the process and calls the planner's `setup`."""
         request = {**self._described, "seed": seed, "memory_limit_mb": self._memory_limit_mb}
-        answer, _ = self._ask(request, limit_s)
-        if answer["status"]:
-            return SetUp(answer["status"], answer["error"], answer["setup_s"])
-        return SetUp("", "", answer["setup_s"], answer["train_s"])
+        try:
+            return self._ask(request, limit_s, set_up_of)
+        except _LostError as lost:
+            return SetUp(lost.fault, lost.why, lost.spent_s)
 
     def solve(self, problem: Problem, time_limit_s: float, stop_cost: float) -> Attempt:
-        """One attempt. After `CRASH`, `KILLED` or `OUT_OF_MEMORY` the process is gone."""
+        """One attempt. After `CRASH`, `KILLED` or `OUT_OF_MEMORY`, and where what it left running
+        goes on working, the process is gone."""
         hard_limit_s = time_limit_s + max(GRACE_S, GRACE_SHARE * time_limit_s)
         request = {
             "start": problem.start.tolist(),
@@ -137,15 +113,13 @@ class WorkerProcess:
             "stop_cost": stop_cost,
         }
         os.ftruncate(self._log.fileno(), 0)
-        answer, path = self._ask(request, hard_limit_s)
-        return Attempt(
-            answer["status"],
-            answer["solve_s"],
-            path,
-            answer["error"],
-            answer.get("stats", {}),
-            answer.get("peak_memory_mb"),
-        )
+        try:
+            attempt = self._ask(request, hard_limit_s, attempt_of)
+        except _LostError as lost:
+            return Attempt(lost.fault, lost.spent_s, error=lost.why)
+        if attempt.peak_memory_mb is None and self._largest_mb:
+            return replace(attempt, peak_memory_mb=self._largest_mb)
+        return attempt
 
     @property
     def alive(self) -> bool:
@@ -168,52 +142,72 @@ class WorkerProcess:
         One that waits for a problem sees that its parent hung up and ends of itself; one that is
         working is killed. A helper that made a session of its own is out of reach.
         """
-        if self._closed:
-            return
-        self._closed = True
+        with self._closing:
+            if self._closed:
+                return
+            self._closed = True
         self._connection.close()
-        if not self._working:
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(_GOODBYE_S)
-        self._process.kill()
+        pid = self._process.pid
+        process_group.resume(pid)
+        if self._working or not process_group.has_ended(pid, _GOODBYE_S):
+            os.kill(pid, signal.SIGKILL)  # Popen's own way would reap it first
+        process_group.has_ended(pid, _DIES_S)
+        process_group.end(pid)  # while the number is still its own
         self._process.wait()
-        process_group.end(self._process.pid)
         self._log.close()
 
-    def _ask(self, request: wire.Message, limit_s: float) -> tuple[wire.Message, Array | None]:
-        """The answer, or a fault in its place if the process dies, hangs or grows too large."""
-        begin = monotonic()
-        self._working = True
+    def _ask(self, request: wire.Message, limit_s: float, read: _Reader[T]) -> T:
+        """The answer, as `read` has it.
+
+        Raises:
+            _LostError: the process died, hung, grew too large or made no sense. It is gone.
+        """
+        exchange = Exchange(limit_s)
+        self._working, self._largest_mb = True, 0.0
+        process_group.resume(self._process.pid)
         try:
             wire.send(self._connection, request)
-            fault = self._watch(limit_s)
-            if fault is None:
-                answer, path = wire.receive(self._connection)
-                self._working = False
-                if answer["status"] == Fault.OUT_OF_MEMORY.value:
-                    self.close()
-                return answer, path
+            message, path = self._next(exchange)
+            while "mark" in message:
+                exchange.note(message["mark"], self._connection)
+                message, path = self._next(exchange)
+            answer = read(message, path, exchange.clock)
+        except _LostError:
+            self.close()
+            raise
         except (EOFError, OSError):  # it died, or an interrupted run closed it
-            fault = self._overdue if monotonic() - begin >= limit_s else self._cause_of_death
-        except (ValueError, KeyError, TypeError) as error:
+            spent_s = exchange.spent_s
+            lost = self._overdue(spent_s) if exchange.overdue else self._cause_of_death(spent_s)
+            self.close()
+            raise lost from None
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             nonsense = f"sent what is no message: {error!r}"
-            fault = functools.partial(self._fault, Fault.CRASH, nonsense)
-        spent = dict.fromkeys(("setup_s", "solve_s"), monotonic() - begin)
-        described = {**fault(), **spent}
-        self.close()
-        return described, None
+            lost = self._lost(Fault.CRASH, nonsense, exchange.spent_s)
+            self.close()
+            raise lost from None
+        self._working = False
+        if message.get("ends"):
+            self.close()
+        self._pause()
+        return answer
 
-    def _watch(self, limit_s: float) -> Callable[[], wire.Message] | None:
-        """Waits for an answer; what describes the fault if the process must be ended instead."""
-        end = monotonic() + limit_s + _LAST_WORDS_S
-        while not self._connection.poll(_POLL_S):
-            if monotonic() > end:
-                return self._overdue
-            if self._resident_mb() > self._memory_limit_mb:
-                return self._too_large
+    def _pause(self) -> None:
+        with self._closing:
+            if not self._closed:
+                process_group.pause(self._process.pid)
+
+    def _next(self, exchange: Exchange) -> tuple[wire.Message, Array | None]:
+        """The next message; the process is watched until it comes."""
+        while not connection.wait([self._connection], _POLL_S):
+            if monotonic() > exchange.until:
+                raise self._overdue(exchange.spent_s)
+            self._largest_mb = max(self._largest_mb, self._resident_mb())
+            if self._largest_mb > self._memory_limit_mb:
+                why = "outgrew the memory limit"
+                raise self._lost(Fault.OUT_OF_MEMORY, why, exchange.spent_s)
             if os.fstat(self._log.fileno()).st_size > _LOG_LIMIT:
                 os.ftruncate(self._log.fileno(), 0)
-        return None
+        return wire.receive(self._connection, exchange.until)
 
     def _resident_mb(self) -> float:
         try:
@@ -221,24 +215,21 @@ class WorkerProcess:
         except psutil.Error:
             return 0.0
 
-    def _overdue(self) -> wire.Message:
-        return self._fault(Fault.KILLED, "ignored its deadline")
+    def _overdue(self, spent_s: float) -> _LostError:
+        return self._lost(Fault.KILLED, "ignored its deadline", spent_s)
 
-    def _too_large(self) -> wire.Message:
-        return self._fault(Fault.OUT_OF_MEMORY, "outgrew the memory limit")
-
-    def _cause_of_death(self) -> wire.Message:
-        try:
-            code = self._process.wait(timeout=5)
-        except subprocess.TimeoutExpired:
-            return self._fault(Fault.CRASH, "closed its connection")
+    def _cause_of_death(self, spent_s: float) -> _LostError:
+        if not process_group.has_ended(self._process.pid, _DIES_S):
+            return self._lost(Fault.CRASH, "closed its connection", spent_s)
+        code = process_group.exit_code(self._process.pid)
+        if code is None:
+            return self._lost(Fault.CRASH, "died", spent_s)
         if code < 0:
-            return self._fault(Fault.CRASH, f"died of {signal.Signals(-code).name}")
-        return self._fault(Fault.CRASH, f"exited with code {code}")
+            return self._lost(Fault.CRASH, f"died of {_signal_name(-code)}", spent_s)
+        return self._lost(Fault.CRASH, f"exited with code {code}", spent_s)
 
-    def _fault(self, fault: Fault, reason: str) -> wire.Message:
-        said = self._last_output()
-        return {"status": fault.value, "error": f"{reason}\n{said}".strip()}
+    def _lost(self, fault: Fault, reason: str, spent_s: float) -> _LostError:
+        return _LostError(fault, storable(f"{reason}\n{self._last_output()}".strip()), spent_s)
 
     def _last_output(self) -> str:
         """The end of what the process printed; for a crash, where it happened."""
@@ -247,6 +238,11 @@ class WorkerProcess:
         size = self._log.seek(0, os.SEEK_END)
         self._log.seek(max(0, size - 2000))
         return self._log.read().decode(errors="replace")
+
+
+def _signal_name(number: int) -> str:
+    named = {known.value: known.name for known in signal.Signals}
+    return named.get(number, f"signal {number}")
 
 
 def _describe(entry: Entry[Any]) -> wire.Message:

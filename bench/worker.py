@@ -6,42 +6,64 @@ log that the parent gave as standard output and error.
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
 import faulthandler
 import gc
 import os
 import resource
+import signal
+import socket
 import sys
 import traceback
-from multiprocessing.connection import Connection
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
 from bench import wire
+from bench.claim import in_memory, wait_for_devices
+from bench.left_running import Before
+from bench.memory import MemoryPeak
+from bench.process_tree import below_cpu_s, own_cpu_s
 from bench.record import Fault
 from envs import Environment, Problem, Spec
-from planners import Budget, Planner, Status
+from planners import Budget, Planner
+
+_MOST_SAID = 10_000  # characters at either end of what is said of an error
+_SIGNAL_OF_PARENTS_DEATH, _ADOPT = 1, 36  # of prctl(2)
 
 
 def main(descriptor: int) -> None:
     """Answers the parent's requests until it hangs up."""
-    connection = Connection(descriptor)
+    connection = socket.socket(fileno=descriptor)
     os.set_inheritable(descriptor, False)  # else what the planner starts would keep it open
     faulthandler.enable()
+    _tie_to_parent()
     try:
         request, _ = wire.receive(connection)
         _limit_memory(request["memory_limit_mb"])
-        planner, answer = _set_up(request)
+        planner, answer = _set_up(connection, request)
         wire.send(connection, answer)
         while planner is not None:
             request, _ = wire.receive(connection)
-            answer, path = _attempt(planner, request)
+            answer, path = _attempt(connection, planner, request)
             wire.send(connection, answer, path)
-            if answer["status"] == Fault.OUT_OF_MEMORY.value:
-                return  # what was left allocated is unknown: the parent starts a fresh process
+            if answer["ends"]:
+                return
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return  # the parent has gone or has hung up
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(0, signal.SIGCONT)  # what this one started must hear that it ends
+
+
+def _tie_to_parent() -> None:
+    """A worker that is stopped goes on if its parent dies, and then ends of itself; what its
+    children start and leave becomes its own, so that it is seen (Linux)."""
+    if sys.platform == "linux":
+        system = ctypes.CDLL(None)
+        system.prctl(_SIGNAL_OF_PARENTS_DEATH, signal.SIGCONT)
+        system.prctl(_ADOPT, 1)
 
 
 def _limit_memory(megabytes: int) -> None:
@@ -53,83 +75,133 @@ def _limit_memory(megabytes: int) -> None:
     resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
 
 
-def _set_up(request: wire.Message) -> tuple[Planner | None, wire.Message]:
-    """The planner, ready to solve, or None with the fault in the answer."""
+class _Timed:
+    """The planner's clock, which runs within the context; the parent's runs about it.
+
+    Args:
+        hard_limit_s: after which the process ends and logs where it hung, even if no Python code
+            runs any more.
+
+    Attributes:
+        begin: on `time.perf_counter`.
+        seconds, cpu_s: once the context has ended: how long it took, and the processor's time of
+            all threads and children.
+    """
+
+    seconds = 0.0
+    cpu_s = 0.0
+
+    def __init__(self, connection: socket.socket, hard_limit_s: float | None = None) -> None:
+        self._connection, self._hard_limit_s = connection, hard_limit_s
+
+    def __enter__(self) -> _Timed:
+        below = below_cpu_s()
+        wire.send(self._connection, {"mark": wire.READY})
+        wire.receive(self._connection)
+        if self._hard_limit_s is not None:
+            faulthandler.dump_traceback_later(self._hard_limit_s, exit=True)
+        self._used = own_cpu_s() + below
+        self.begin = perf_counter()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.seconds = perf_counter() - self.begin
+        used = own_cpu_s()
+        faulthandler.cancel_dump_traceback_later()
+        wire.send(self._connection, {"mark": wire.ENDED})
+        self.cpu_s = max(0.0, used + below_cpu_s() - self._used)
+
+
+def _set_up(
+    connection: socket.socket, request: wire.Message
+) -> tuple[Planner | None, wire.Message]:
+    """The planner, ready to solve, or None with the fault in the answer. Making it counts as
+    setting up, importing it does not."""
+    timed = _Timed(connection)
     try:
-        env: Environment = _make(request["env"])
+        env: Environment = _class_of(request["env"])(**request["env"]["arguments"])
         if env.fingerprint != request["fingerprint"]:
             raise RuntimeError("the environment is not the same in every process")
-        planner: Planner = _make(request["planner"])
-        reason = planner.unsupported(env)
+        cls = _class_of(request["planner"])
+        with timed:
+            planner: Planner = cls(**request["planner"]["arguments"])
+            reason = planner.unsupported(env)
+            if reason is None:
+                planner.setup(env, seed=request["seed"])
+            wait_for_devices()
         if reason is not None:
-            return None, {"status": Fault.UNSUPPORTED.value, "error": reason, "setup_s": 0.0}
-        begin = perf_counter()
-        planner.setup(env, seed=request["seed"])
-        setup_s = perf_counter() - begin
+            return None, _said_of_setup(timed, Fault.UNSUPPORTED.value, _brief(reason))
+        train_s = float(planner.train_s)
         gc.collect()
         gc.freeze()  # what stays need not be looked through again before each attempt
     except MemoryError:
-        return None, _fault(Fault.OUT_OF_MEMORY)
+        return None, _said_of_setup(timed, Fault.OUT_OF_MEMORY.value, _told())
     except (Exception, SystemExit):  # noqa: BLE001  a planner may fail in any way
-        return None, _fault(Fault.ERROR)
-    return planner, {
-        "status": None,
-        "setup_s": setup_s,
-        "train_s": float(planner.train_s),
-    }
+        return None, _said_of_setup(timed, Fault.ERROR.value, _told())
+    return planner, {**_said_of_setup(timed, None, ""), "train_s": train_s}
 
 
-def _make(described: wire.Message) -> Any:
-    spec = Spec(described["id"], described["entry_point"], "")
-    return spec.load()(**described["arguments"])
+def _said_of_setup(timed: _Timed, status: str | None, error: str) -> wire.Message:
+    return {"status": status, "error": error, "setup_s": timed.seconds}
 
 
-def _attempt(planner: Planner, request: wire.Message) -> tuple[wire.Message, np.ndarray | None]:
-    """Solves one problem; the clock runs around `solve` and nothing else."""
+def _class_of(described: wire.Message) -> type:
+    return Spec(described["id"], described["entry_point"], "").load()
+
+
+def _attempt(
+    connection: socket.socket, planner: Planner, request: wire.Message
+) -> tuple[wire.Message, np.ndarray | None]:
+    """Solves one problem; the clock runs until the result is plain data in memory."""
     problem = Problem(request["start"], request["goal"], request["index"], request["seed"])
     gc.collect()
-    # Ends the process and logs where it hung, even if no Python code runs any more.
-    faulthandler.dump_traceback_later(request["hard_limit_s"], exit=True)
-    begin = perf_counter()
+    before, memory = Before.now(), MemoryPeak()
+    timed = _Timed(connection, request["hard_limit_s"])
+    path = None
     try:
-        budget = Budget(begin + request["time_limit_s"], request["stop_cost"])
-        result = planner.solve(problem, budget)
-        solve_s = perf_counter() - begin
-        status = Status(result.status).value
-        path = _numbers(result.path)
-        answer = {"status": status, "stats": dict(result.stats), "error": ""}
+        with timed:
+            budget = Budget(timed.begin + request["time_limit_s"], request["stop_cost"])
+            claim = in_memory(planner.solve(problem, budget))
+        path = claim.path
+        answer = {
+            "status": claim.status,
+            "stats": claim.stats,
+            "error": "\n".join(claim.notes),
+            "ends": False,
+        }
     except MemoryError:
-        solve_s, path = perf_counter() - begin, None
-        answer = _fault(Fault.OUT_OF_MEMORY)
+        # What was left allocated is unknown: the parent starts a fresh process.
+        answer = {**_fault(Fault.OUT_OF_MEMORY, _told()), "ends": True}
     except (Exception, SystemExit):  # noqa: BLE001  a planner may fail in any way
-        solve_s, path = perf_counter() - begin, None
-        answer = _fault(Fault.ERROR)
-    finally:
-        faulthandler.cancel_dump_traceback_later()
-    return answer | {"solve_s": solve_s, "peak_memory_mb": _peak_memory_mb()}, path
-
-
-def _numbers(path: Any) -> np.ndarray | None:
-    """The claimed path as numbers of whatever shape, None if it is none; the judge says what is
-    wrong with it."""
-    if path is None:
-        return None
-    try:
-        return np.asarray(getattr(path, "waypoints", path), dtype=np.float64)
-    except (TypeError, ValueError):
-        return None
-
-
-def _fault(fault: Fault) -> wire.Message:
+        answer = _fault(Fault.ERROR, _told())
+    if not answer["ends"]:
+        left = before.left()
+        if left.what and answer["status"] != Fault.ERROR.value:
+            found = ", ".join(left.what)
+            answer = _fault(Fault.LEFT_RUNNING, f"left running after `solve`: {found}")
+            path = None
+        answer["ends"] = left.works
+    peak_mb, added_mb = memory.read()
     return {
-        "status": fault.value,
-        "stats": {},
-        "error": traceback.format_exc(limit=-4).strip(),
-        "setup_s": 0.0,
-    }
+        **answer,
+        "solve_s": timed.seconds,
+        "cpu_s": timed.cpu_s,
+        "peak_memory_mb": peak_mb,
+        "attempt_memory_mb": added_mb,
+    }, path
 
 
-def _peak_memory_mb() -> float:
-    """The most memory this process has held so far."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return float(peak / 2**20 if sys.platform == "darwin" else peak / 2**10)
+def _fault(fault: Fault, error: str) -> wire.Message:
+    return {"status": fault.value, "stats": "{}", "error": error, "ends": False}
+
+
+def _told() -> str:
+    """The exception at hand with the end of its traceback."""
+    return _brief(traceback.format_exc(limit=-4).strip())
+
+
+def _brief(said: object) -> str:
+    text = str(said)
+    return (
+        text if len(text) <= 2 * _MOST_SAID else f"{text[:_MOST_SAID]} [...] {text[-_MOST_SAID:]}"
+    )

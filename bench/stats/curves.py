@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -129,6 +130,29 @@ def improvement(
         ends = costs[ranks[0]], costs[ranks[1]]
     middle = np.median(costs, axis=0) if len(costs) else np.full(len(times), np.nan)
     return Improvement(times, *solved, middle, *ends)
+
+
+def readable_history(told: Any) -> Array | None:
+    """What a planner told as its `cost_history` as (n, 2): seconds, finite and at least 0, and
+    costs, which are numbers. None if it is anything else; planners are strangers' programs, and
+    their word reaches stores.
+
+    Args:
+        told: JSON data.
+    """
+    if not isinstance(told, list):
+        return None
+    try:
+        pairs = np.array(told) if told else np.zeros((0, 2))
+    except ValueError:  # not every item is as long as the first
+        return None
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iuf":
+        return None
+    history: Array = pairs.astype(np.float64)
+    times, costs = history.T
+    if not (np.isfinite(times) & (times >= 0)).all() or np.isnan(costs).any():
+        return None
+    return history
 
 
 def _best_costs(history: Sequence[Sequence[float]], times: Array) -> Array:

@@ -63,7 +63,7 @@ def test_one_that_never_solved_anything_ends_too(c3d: Environment) -> None:
 def test_threads_are_pinned_to_one(c3d: Environment, faulty: list[str]) -> None:
     asked = worker(c3d, "tells-threads")
     assert not asked.set_up(1, 60).fault
-    attempt = asked.solve(c3d.sample_problems(1, 0)[0], 5, math.inf)
+    attempt = asked.solve(c3d.sample_problems(1, 0)[0], 60, math.inf)
     asked.close()
     assert set(attempt.stats["threads"].values()) == {"1"}
     assert len(attempt.stats["threads"]) >= 5

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from multiprocessing import Pipe
+import json
+import socket
+import struct
+from time import monotonic
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
@@ -23,7 +27,7 @@ json_values = st.recursive(
     st.none() | arrays(float, array_shapes(min_dims=0, max_dims=3, min_side=0)),
 )
 def test_what_is_sent_arrives(message: dict[str, object], array: np.ndarray | None) -> None:
-    here, there = Pipe()
+    here, there = socket.socketpair()
     with here, there:
         wire.send(here, message, array)
         got, numbers = wire.receive(there)
@@ -37,11 +41,68 @@ def test_what_is_sent_arrives(message: dict[str, object], array: np.ndarray | No
 
 
 def test_numpys_numbers_become_plain() -> None:
-    here, there = Pipe()
+    here, there = socket.socketpair()
     with here, there:
-        wire.send(here, {"n": np.int64(3), "x": np.float32(0.5), "a": np.arange(2), "o": Pipe})
+        message = {"n": np.int64(3), "x": np.float32(0.5), "a": np.arange(2), "o": socket.socket}
+        wire.send(here, message)
         got, _ = wire.receive(there)
     assert got["n"] == 3
     assert got["x"] == 0.5
     assert got["a"] == [0, 1]
-    assert "Pipe" in got["o"]
+    assert "socket" in got["o"]
+
+
+def _framed(text: bytes, numbers: bytes = b"") -> bytes:
+    return struct.pack("<QQ", len(text), len(numbers)) + text + numbers
+
+
+NONSENSE = {
+    "another protocol": b"\0\0\0\5hello" + b"x" * 20,
+    "more text than may be": struct.pack("<QQ", 2**40, 0),
+    "more numbers than may be": struct.pack("<QQ", 2, 2**40) + b"{}",
+    "no JSON": _framed(b"\xff{"),
+    "not a dict": _framed(b"[]"),
+    "nothing in it": _framed(b"{}"),
+    "a message that is none": _framed(b'{"message": 3, "shape": null}'),
+    "another shape": _framed(b'{"message": {}, "shape": [2, 3]}', b"\0" * 8),
+    "half a number": _framed(b'{"message": {}, "shape": [1]}', b"\0" * 7),
+    "brackets without end": _framed(b"[" * 2**20),
+    "digits without end": _framed(b"9" * 100_000),
+}
+
+
+@pytest.mark.parametrize("sent", NONSENSE.values(), ids=NONSENSE)
+def test_what_is_no_message_is_refused(sent: bytes) -> None:
+    here, there = socket.socketpair()
+    with here, there:
+        here.setblocking(False)
+        here.sendall(sent[: 2**16]) if len(sent) < 2**16 else _send_apart(here, there, sent)
+        with pytest.raises((ValueError, KeyError, TypeError, RecursionError)):
+            wire.receive(there, monotonic() + 5)
+
+
+def _send_apart(here: socket.socket, there: socket.socket, sent: bytes) -> None:
+    for end in (here, there):
+        end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 2**22)
+    here.sendall(sent)
+
+
+@pytest.mark.parametrize("part", [1, 16, 30, -1])
+def test_half_a_message_holds_nobody_up(part: int) -> None:
+    here, there = socket.socketpair()
+    text = json.dumps({"message": {"n": 1}, "shape": [2]}).encode()
+    with here, there:
+        here.sendall(_framed(text, b"\0" * 16)[:part])
+        begin = monotonic()
+        with pytest.raises(TimeoutError):
+            wire.receive(there, begin + 0.2)
+        assert monotonic() - begin < 2
+        here.close()
+        with pytest.raises(EOFError):
+            wire.receive(there, monotonic() + 5)
+
+
+def test_what_is_too_large_is_not_sent() -> None:
+    here, there = socket.socketpair()
+    with here, there, pytest.raises(ValueError, match="bytes"):
+        wire.send(here, {"text": "x" * wire.MOST_TEXT})

@@ -1,0 +1,121 @@
+"""What a worker process is started with: nothing that anyone's planner has changed meanwhile."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+ONE_THREAD = dict.fromkeys(
+    (
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "NUMEXPR_NUM_THREADS",
+        "VECLIB_MAXIMUM_THREADS",
+        "NUMBA_NUM_THREADS",
+    ),
+    "1",
+)
+"""Environment variables of every worker: one thread for each numerical library."""
+
+_OF_SPEED = re.compile(
+    r"(OMP|GOMP|KMP|OPENBLAS|GOTO|BLIS|MKL|NUMEXPR|VECLIB|NUMBA|NUMPY|NPY|TORCH|PYTORCH|ATEN|TF|XLA"
+    r"|JAX|CUDA|CUBLAS|CUDNN|NVIDIA|MALLOC|TCMALLOC|MIMALLOC|GLIBC|LD|DYLD)_\w+|PYTHON\w+"
+)
+_NOT_OF_SPEED = re.compile(
+    r"LD_LIBRARY_PATH|PYTHON(PATH|HOME|USERBASE|STARTUP|IOENCODING|UTF8|HISTORY|PYCACHEPREFIX"
+    r"|DONTWRITEBYTECODE|UNBUFFERED|WARNINGS|SAFEPATH|NOUSERSITE|HASHSEED)"
+)
+
+_SAFE_PATH = ["-P"] if sys.version_info >= (3, 11) else ["-I"]
+"""Else Python, and the Pythons that it starts, would look into the current folder first."""
+
+_BOOT = (  # imports nothing before the path is ours
+    "import sys; sys.path[:] = sys.argv[2:];from bench.worker import main; main(int(sys.argv[1]))"
+)
+
+
+@dataclass(frozen=True)
+class Start:
+    """How things stood at a moment.
+
+    Attributes:
+        variables: of the environment.
+        path: where Python looks for modules, folders in full.
+        folder: the current one.
+    """
+
+    variables: Mapping[str, str]
+    path: tuple[str, ...]
+    folder: str
+
+    @staticmethod
+    def now() -> Start:
+        """As things stand, but for the current folder, see `_safe`."""
+        here = str(Path.cwd())
+        full = [str(Path(part).absolute()) if Path(part).exists() else part for part in sys.path]
+        return Start(dict(os.environ), tuple(_safe(full, here)), here)
+
+    @property
+    def variables_of_speed(self) -> dict[str, str]:
+        """Those that decide how fast numerical libraries, memory or Python itself are; what every
+        worker is given in any case is not among them."""
+        return {
+            name: value
+            for name, value in sorted(self.variables.items())
+            if _OF_SPEED.fullmatch(name)
+            and not _NOT_OF_SPEED.fullmatch(name)
+            and name not in ONE_THREAD
+        }
+
+
+def _safe(path: list[str], here: str) -> list[str]:
+    """A path for modules on which the current folder is not the first, where `python -m` puts it:
+    what lies there under the name of a module is not meant. It comes last, or before what is
+    installed if this program itself is there."""
+    if path[:1] != [here]:
+        return path
+    rest = path[1:]
+    if here in rest:
+        return rest
+    if Path(__file__).parents[1] != Path(here):
+        return [*rest, here]
+    installed = (i for i, part in enumerate(rest) if part.endswith("-packages"))
+    behind = next(installed, len(rest))
+    return [*rest[:behind], here, *rest[behind:]]
+
+
+class _Command:
+    """The command that workers are started for."""
+
+    def __init__(self) -> None:
+        self.start = Start.now()
+
+    @contextmanager
+    def begun(self) -> Iterator[None]:
+        """Workers get what there is at the beginning of the context, which must come before
+        anyone's file is imported."""
+        before, self.start = self.start, Start.now()
+        try:
+            yield
+        finally:
+            self.start = before
+
+
+COMMAND = _Command()
+
+
+def arguments(descriptor: int) -> list[str]:
+    """The command line of a worker that talks over a socket with this descriptor."""
+    path = COMMAND.start.path
+    return [sys.executable, *_SAFE_PATH, "-c", _BOOT, str(descriptor), *path]
+
+
+def variables() -> dict[str, str]:
+    """The environment variables of a worker."""
+    return {**COMMAND.start.variables, **ONE_THREAD}

@@ -1,0 +1,138 @@
+"""Work off the clock, things left running, and what cannot be kept: told from a worker's answers."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+import sly_planners
+from sly_planners import WORK_S
+
+import envs
+from bench.process import Attempt, WorkerProcess
+from bench.record import Fault, encode_path
+from envs import Environment, Problem, Spec
+from envs.registry import Entry
+from planners import Planner
+
+
+@contextmanager
+def worker(env: Environment, planner: type[Planner]) -> Iterator[WorkerProcess]:
+    spec = Spec("sly", f"sly_planners:{planner.__name__}", "")
+    asked = WorkerProcess(envs.REGISTRY.entry("c3d"), Entry(spec, {}), env.fingerprint, 4096)
+    try:
+        set_up = asked.set_up(1, 60)
+        assert not set_up.fault, set_up.error
+        yield asked
+    finally:
+        asked.close()
+
+
+def problem(index: int) -> Problem:
+    return Problem(np.zeros(3), np.ones(3), index, 1)
+
+
+def solve(asked: WorkerProcess, index: int, limit_s: float = 30.0) -> Attempt:
+    return asked.solve(problem(index), limit_s, math.inf)
+
+
+def test_the_clock_runs_until_the_path_is_numbers_in_memory(c3d: Environment) -> None:
+    with worker(c3d, sly_planners.Lazy) as asked:
+        for i in range(len(sly_planners.Lazy.HOW)):
+            attempt = solve(asked, i)
+            assert attempt.status == "EXACT_SOLUTION", (i, attempt.error)
+            assert attempt.path is not None
+            assert attempt.path.tolist() == [[0, 0, 0], [1, 1, 1]], i
+            assert attempt.solve_s is not None
+            assert attempt.solve_s >= WORK_S, f"way {i} of being lazy is off the clock"
+
+
+def test_a_lazy_path_that_takes_too_long_is_killed_like_any_other(c3d: Environment) -> None:
+    with worker(c3d, sly_planners.HangsWhenRead) as asked:
+        attempt = solve(asked, 0, 0.1)
+        assert attempt.status == Fault.KILLED.value
+        assert "__array__" in attempt.error
+
+
+@pytest.mark.parametrize("how", range(len(sly_planners.LeavesRunning.HOW)))
+def test_what_is_left_running_is_named_and_the_planners_fault(how: int, c3d: Environment) -> None:
+    with worker(c3d, sly_planners.LeavesRunning) as asked:
+        attempt = solve(asked, how)
+        assert attempt.status == Fault.LEFT_RUNNING.value, attempt
+        assert sly_planners.LeavesRunning.NAMED[how] in attempt.error
+        assert attempt.solve_s is not None
+        assert attempt.solve_s < WORK_S
+        assert attempt.path is None
+    assert not [p for p in psutil.Process().children(recursive=True) if p.status() != "zombie"]
+
+
+def test_pools_libraries_and_what_is_waited_for_are_no_fault(c3d: Environment) -> None:
+    with worker(c3d, sly_planners.KeepsPools) as asked:
+        for again in range(2):
+            for i in range(len(sly_planners.KeepsPools.HOW)):
+                attempt = solve(asked, i, 120)
+                assert attempt.status == "EXACT_SOLUTION", (again, i, attempt.error)
+
+
+def test_what_cannot_be_kept_is_left_out_with_a_note(c3d: Environment) -> None:
+    unkept = sly_planners.Unkept
+    with worker(c3d, unkept) as asked:
+        for i in range(len(unkept.HOW)):
+            attempt = solve(asked, i, 60)
+            wanted = "ERROR" if i in unkept.ERROR else "EXACT_SOLUTION"
+            assert attempt.status == wanted, (i, attempt.error[-300:])
+            _check_storable(attempt)
+            assert bool(attempt.error) == (i not in (15, 16, 17, 18, 20)), (i, attempt.error)
+            if i in range(14):
+                assert (attempt.path is None) == (i in unkept.ERROR)
+    with worker(c3d, sly_planners.DiesOfAnUnnamedSignal) as asked:
+        assert "died of signal 40" in solve(asked, 0).error
+
+
+def _check_storable(attempt: Attempt) -> None:
+    import json
+    import sqlite3
+
+    checks = attempt.stats.get("collision_checks")
+    row = (attempt.error, json.dumps(attempt.stats), checks, encode_path(attempt.path))
+    with sqlite3.connect(":memory:") as store:
+        [told] = store.execute("SELECT ?1, ?2, ?3, ?4", row)
+    assert told == row
+    assert len(attempt.error) < 30_000
+
+
+def test_a_worker_may_say_no_time_but_the_harnesss(c3d: Environment) -> None:
+    with worker(c3d, sly_planners.SpeaksWrongly) as asked:
+        for i in range(4):
+            attempt = solve(asked, i)
+            assert attempt.status == "EXACT_SOLUTION", attempt
+            assert attempt.solve_s is not None
+            assert 0 <= attempt.solve_s < 5
+            assert "it said that it took" in attempt.error
+            if i == 2:
+                assert attempt.solve_s >= 0.7 * WORK_S
+
+
+def test_costs_are_the_attempts_own(c3d: Environment) -> None:
+    with worker(c3d, sly_planners.TakesLong) as asked:
+        solve(asked, 4)
+        in_process, in_child, asleep, large, small = (solve(asked, i) for i in range(5))
+    for attempt in (in_process, in_child, asleep, large, small):
+        assert attempt.cpu_s is not None
+        assert attempt.solve_s is not None
+    assert 0.05 < in_process.cpu_s <= 1.1 * in_process.solve_s
+    assert in_child.cpu_s > 0.05
+    assert asleep.cpu_s < 0.05
+    if Path("/proc/self/clear_refs").exists():
+        assert large.attempt_memory_mb == pytest.approx(128, abs=10)
+        assert small.attempt_memory_mb < 10
+        assert small.peak_memory_mb < large.peak_memory_mb - 100
+        assert asleep.load is not None
+        assert 0 <= asleep.load <= (os.cpu_count() or 1) + 0.2
+        assert small.load is None, "too short to tell"
