@@ -6,6 +6,7 @@ import json
 import math
 from typing import Any, Protocol
 
+from bench import machine
 from bench.judge import Judgement
 from bench.process import Attempt, SetUp, WorkerProcess
 from bench.record import Fault, Record, Verdict
@@ -83,6 +84,7 @@ class Contestant:
             env_fingerprint=self._arena.env.fingerprint,
             planner=self.id,
             planner_version=self._planner.spec.version,
+            weights="",
             problem=problem.index,
             problems_seed=self._suite.seed,
             settings=self._suite.settings_digest,
@@ -93,6 +95,8 @@ class Contestant:
             setup_s=set_up.setup_s,
             train_s=set_up.train_s,
             solve_s=attempt.solve_s,
+            cpu_s=attempt.cpu_s,
+            load=attempt.load,
             length=judged.length if judged else None,
             safety_margin=judged.safety_margin if judged else None,
             travel_time=judged.travel_time if judged else None,
@@ -100,7 +104,9 @@ class Contestant:
             waypoints=judged.waypoints if judged else None,
             collision_checks=checks if isinstance(checks, int) else None,
             peak_memory_mb=attempt.peak_memory_mb,
+            attempt_memory_mb=attempt.attempt_memory_mb,
             warm=int(self._survives_warm_up),
+            processor=machine.processor(),
             error=attempt.error or reason,
             stats=json.dumps(attempt.stats),
             **known,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import subprocess
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -45,7 +46,7 @@ def describe() -> dict[str, Any]:
     return {
         "machine": {
             "system": platform.platform(),
-            "processor": _processor(),
+            "processor": processor(),
             "physical_cores": physical_cores(),
             "usable_cpus": _usable_cpus(),
             "memory_mb": psutil.virtual_memory().total // 2**20,
@@ -65,7 +66,9 @@ def _version(name: str) -> str | None:
         return None
 
 
-def _processor() -> str:
+@cache
+def processor() -> str:
+    """The processor's name, as the system gives it."""
     info = Path("/proc/cpuinfo")
     if info.is_file():
         for line in info.read_text().splitlines():

@@ -62,7 +62,10 @@ class SetUp:
 
 @dataclass(frozen=True)
 class Attempt:
-    """What came of asking for a path: the claim or the fault, and what it cost."""
+    """What came of asking for a path: the claim or the fault, and what it cost.
+
+    For the costs see `bench.record.Record`; None is what was not measured.
+    """
 
     status: str
     solve_s: float | None
@@ -70,6 +73,9 @@ class Attempt:
     error: str = ""
     stats: dict[str, Any] = field(default_factory=dict)
     peak_memory_mb: float | None = None
+    cpu_s: float | None = None
+    load: float | None = None
+    attempt_memory_mb: float | None = None
 
     @property
     def claims(self) -> bool:

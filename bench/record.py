@@ -17,6 +17,7 @@ class Fault(str, Enum):
     """What befell an attempt, where the planner could not say so itself."""
 
     ERROR = "ERROR"  # it raised an exception
+    LEFT_RUNNING = "LEFT_RUNNING"  # threads or processes of its own went on after it returned
     CRASH = "CRASH"  # its process died
     KILLED = "KILLED"  # it ignored the deadline and was ended
     OUT_OF_MEMORY = "OUT_OF_MEMORY"  # it wanted more than the memory limit
@@ -32,6 +33,7 @@ class Verdict(str, Enum):
     OUT_OF_BOUNDS = "OUT_OF_BOUNDS"
     WRONG_ENDPOINT = "WRONG_ENDPOINT"
     MALFORMED = "MALFORMED"
+    NOT_JUDGED = "NOT_JUDGED"  # judging would take more than any honest path needs
 
 
 LATE = "LATE"
@@ -47,6 +49,12 @@ class Record:
 
     `status` is the planner's claim or the fault; `verdict` is the judge's, empty without a path;
     `outcome` is what the tables count: the verdict on a claimed solution, `LATE`, or the status.
+
+    `weights` is the digest of the numbers that a learned planner used, "" for any other. `cpu_s`
+    is the processor's time of the attempt, threads and children included, `processor` the name of
+    the machine's, and `load` how many of its cores were busy with something else meanwhile.
+    `peak_memory_mb` is the most that the process has held, `attempt_memory_mb` how far the attempt
+    itself raised that over what it held before. What was not measured is None.
     """
 
     run_id: str
@@ -54,6 +62,7 @@ class Record:
     env_fingerprint: str
     planner: str
     planner_version: int
+    weights: str
     problem: int
     problems_seed: int
     settings: str
@@ -65,6 +74,8 @@ class Record:
     setup_s: float
     train_s: float
     solve_s: float | None
+    cpu_s: float | None
+    load: float | None
     length: float | None
     safety_margin: float | None
     travel_time: float | None
@@ -72,14 +83,16 @@ class Record:
     waypoints: int | None
     collision_checks: int | None
     peak_memory_mb: float | None
+    attempt_memory_mb: float | None
     warm: int
+    processor: str
     measured_at: str
     error: str
     stats: str
     path: bytes | None = field(repr=False)
 
 
-KEY = ("planner", "env_fingerprint", "problem", "problems_seed", "settings")
+KEY = ("planner", "env_fingerprint", "problem", "problems_seed", "settings", "weights")
 """What makes an attempt the same attempt."""
 
 COLUMNS = tuple(f.name for f in fields(Record))

@@ -63,7 +63,7 @@ class StoredRecords:
         marks = ", ".join("?" * len(env_fingerprints))
         rows = self._rows(
             f"SELECT {', '.join(COLUMNS)} FROM records WHERE env_fingerprint IN ({marks})"
-            " AND problems_seed = ? AND settings = ? ORDER BY planner, problem",
+            " AND problems_seed = ? AND settings = ? ORDER BY planner, problem, weights",
             (*env_fingerprints, problems_seed, settings),
         )
         found: pd.DataFrame = pd.DataFrame(rows, columns=list(COLUMNS))

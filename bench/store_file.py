@@ -22,19 +22,27 @@ TABLES = {
 """The columns of each table, without the digest of a row, which is its last."""
 
 _APPLICATION_ID = 0x504C4E42  # "PLNB"
-_VERSION = 2  # 1 had no digests
-_READABLE = (1, _VERSION)
+_VERSION = 3  # 1 had no digests, 2 fewer columns
+_READABLE = (1, 2, _VERSION)
+_SINCE_3 = {
+    "weights": "''",
+    "cpu_s": "NULL",
+    "load": "NULL",
+    "attempt_memory_mb": "NULL",
+    "processor": "''",
+}
+"""Columns that older records lack, and what stands for them."""
 
-# In one transaction: killed in between, half of it would be taken for a stranger's file.
-_SCHEMA = f"""
-BEGIN;
+_TABLES_OF_A_STORE = f"""
 CREATE TABLE records ({", ".join(COLUMNS)}, digest, UNIQUE ({", ".join(KEY)}));
 CREATE TABLE sessions (run_id PRIMARY KEY, session, digest);
 CREATE TABLE selection (id INTEGER PRIMARY KEY CHECK (id = 1), selection, digest);
 PRAGMA application_id = {_APPLICATION_ID};
 PRAGMA user_version = {_VERSION};
-COMMIT;
 """
+
+# In one transaction: killed in between, half of it would be taken for a stranger's file.
+_SCHEMA = f"BEGIN;{_TABLES_OF_A_STORE}COMMIT;"
 
 
 def digest(columns: Sequence[str]) -> str:
@@ -42,17 +50,33 @@ def digest(columns: Sequence[str]) -> str:
     return f"row_digest({', '.join(columns)})"
 
 
-def _digested(table: str) -> str:
+def _as_now(table: str) -> str:
+    """SQL for an older table's columns as this version has them."""
+    return ", ".join(
+        f"{_SINCE_3[column]} AS {column}" if column in _SINCE_3 else column
+        for column in TABLES[table]
+    )
+
+
+def _of_version(version: int, table: str) -> tuple[str, ...]:
+    """The columns of a table in a store of some version, without the digest."""
+    return tuple(c for c in TABLES[table] if version >= 3 or c not in _SINCE_3)
+
+
+def _taken_over(table: str) -> str:
+    columns = ", ".join(TABLES[table])
     return (
-        f"ALTER TABLE {table} ADD COLUMN digest;\n"
-        f"UPDATE {table} SET digest = {digest(TABLES[table])};\n"
+        f"INSERT INTO {table} SELECT {columns}, {digest(TABLES[table])} FROM"
+        f" (SELECT {_as_now(table)} FROM older_{table} ORDER BY rowid);\n"
+        f"DROP TABLE older_{table};\n"
     )
 
 
 _BRING_UP_TO_DATE = f"""
 BEGIN;
-{"".join(_digested(table) for table in TABLES)}
-PRAGMA user_version = {_VERSION};
+{"".join(f"ALTER TABLE {table} RENAME TO older_{table};" for table in TABLES)}
+{_TABLES_OF_A_STORE}
+{"".join(map(_taken_over, TABLES))}
 COMMIT;
 """
 
@@ -81,7 +105,7 @@ def opened_to_read(folder: Path) -> sqlite3.Connection:
     if not file.is_file():
         raise InputError(f"{folder} holds no {FILE}; name a folder that `bench run` wrote")
     with in_words(file):
-        return _checked(_connected(file, _reading(file)), file, _refuse_if_empty)
+        return _checked(_connected(file, _reading(file)), file, _make_readable)
 
 
 @contextmanager
@@ -137,11 +161,12 @@ def _connected(file: Path, mode: str) -> sqlite3.Connection:
     # Threads take turns, see `bench.store`.
     uri = f"file:{quote(str(file.absolute()))}?mode={mode}"
     connection = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=30)
-    connection.create_function("row_digest", -1, _row_digest, deterministic=True)
+    connection.create_function("row_digest", -1, row_digest, deterministic=True)
     return connection
 
 
-def _row_digest(*values: float | str | bytes | None) -> str:
+def row_digest(*values: float | str | bytes | None) -> str:
+    """What `digest` computes in the database."""
     return blake2b(repr(values).encode(), digest_size=8).hexdigest()
 
 
@@ -160,9 +185,6 @@ def _checked(
     """The connection, if the file is a store and whole; else it is closed."""
     try:
         prepare(connection, file)
-        _check_pages(connection, file)
-        if _version(connection, file) == _VERSION:
-            _check_rows(connection, file)
     except BaseException:
         connection.close()
         raise
@@ -173,16 +195,25 @@ def _make_ready(connection: sqlite3.Connection, file: Path) -> None:
     version = _version(connection, file)
     if version is None:
         connection.executescript(_SCHEMA)
-    elif version < _VERSION:
-        _check_pages(connection, file)
-        connection.executescript(_BRING_UP_TO_DATE)
+    else:
+        _check(connection, file, version)
+        if version < _VERSION:
+            connection.executescript(_BRING_UP_TO_DATE)
     connection.execute("PRAGMA journal_mode = WAL")
     connection.execute("PRAGMA synchronous = FULL")
 
 
-def _refuse_if_empty(connection: sqlite3.Connection, file: Path) -> None:
-    if _version(connection, file) is None:
+def _make_readable(connection: sqlite3.Connection, file: Path) -> None:
+    version = _version(connection, file)
+    if version is None:
         raise InputError(f"{file} holds no run yet")
+    _check(connection, file, version)
+    if version < _VERSION:
+        # In this connection only: the file is not changed.
+        connection.execute("PRAGMA temp_store = MEMORY")
+        connection.execute(
+            f"CREATE TEMP VIEW records AS SELECT {_as_now('records')} FROM main.records"
+        )
 
 
 def _version(connection: sqlite3.Connection, file: Path) -> int | None:
@@ -197,11 +228,17 @@ def _version(connection: sqlite3.Connection, file: Path) -> int | None:
     [version] = connection.execute("PRAGMA user_version").fetchone()
     if version not in _READABLE:
         raise InputError(
-            f"{file} is a store of version {version}, this program knows "
-            f"{' and '.join(map(str, _READABLE))}; use the program that made it, or choose "
-            "another folder"
+            f"{file} is a store of version {version}, this program knows {_READABLE[0]} to "
+            f"{_READABLE[-1]}; use the program that made it, or choose another folder"
         )
     return version
+
+
+def _check(connection: sqlite3.Connection, file: Path, version: int) -> None:
+    """Raises InputError if the store is damaged, as far as its version lets one see that."""
+    _check_pages(connection, file)
+    if version > 1:
+        _check_rows(connection, file, version)
 
 
 def _check_pages(connection: sqlite3.Connection, file: Path) -> None:
@@ -211,11 +248,12 @@ def _check_pages(connection: sqlite3.Connection, file: Path) -> None:
         raise InputError(_damaged(file, " ".join(found[0].split())))
 
 
-def _check_rows(connection: sqlite3.Connection, file: Path) -> None:
+def _check_rows(connection: sqlite3.Connection, file: Path, version: int) -> None:
     """What the pages hold is what was put there, which SQLite does not check."""
-    for table, columns in TABLES.items():
+    for table in TABLES:
+        held = digest(_of_version(version, table))
         [wrong] = connection.execute(
-            f"SELECT count(*) FROM {table} WHERE digest IS NOT {digest(columns)}"
+            f"SELECT count(*) FROM {table} WHERE digest IS NOT {held}"
         ).fetchone()
         if wrong:
             raise InputError(_damaged(file, f"{wrong} of its {table} are not what was stored"))

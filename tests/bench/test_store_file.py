@@ -9,13 +9,15 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from conftest import Cli, records_of
 
-from bench.record import COLUMNS, KEY
+from bench import machine
+from bench.record import COLUMNS, KEY, Record
 from bench.report.recorded import RecordedRun
 from bench.store import Store, StoredRecords
-from bench.store_file import TABLES
+from bench.store_file import TABLES, row_digest
 from envs import InputError
 
 PAGE = 4096
@@ -105,44 +107,105 @@ def test_a_changed_number_is_seen(folder: Path, tmp_path: Path) -> None:
         StoredRecords(copy)
 
 
-def as_of_version_1(folder: Path, copy: Path) -> Path:
-    """A copy as the first version of the store would hold it: without digests."""
+SINCE_3 = {"weights": "", "cpu_s": None, "load": None, "attempt_memory_mb": None, "processor": ""}
+"""Columns of the third version, and what stands for them in older records."""
+
+
+def older_store(version: int, source: Path, copy: Path) -> Path:
+    """A copy of a store as an earlier version would hold it: none but the third has all columns,
+    and the first had no digests."""
     copy.mkdir()
+    digest = ", digest" if version > 1 else ""
+    key = [column for column in KEY if column not in SINCE_3]
+    held = {table: [c for c in columns if c not in SINCE_3] for table, columns in TABLES.items()}
     with closing(sqlite3.connect(copy / "run.sqlite")) as store:
+        store.create_function("row_digest", -1, row_digest, deterministic=True)
         store.executescript(
             f"""
-            CREATE TABLE records ({", ".join(COLUMNS)}, UNIQUE ({", ".join(KEY)}));
-            CREATE TABLE sessions (run_id PRIMARY KEY, session);
-            CREATE TABLE selection (id INTEGER PRIMARY KEY CHECK (id = 1), selection);
+            CREATE TABLE records ({", ".join(held["records"])}{digest}, UNIQUE ({", ".join(key)}));
+            CREATE TABLE sessions (run_id PRIMARY KEY, session{digest});
+            CREATE TABLE selection (id INTEGER PRIMARY KEY CHECK (id = 1), selection{digest});
             PRAGMA application_id = {0x504C4E42};
-            PRAGMA user_version = 1;
+            PRAGMA user_version = {version};
             """
         )
-        store.execute("ATTACH ? AS newer", (str(folder / "run.sqlite"),))
-        for table, columns in TABLES.items():
+        store.execute("ATTACH ? AS newer", (str(source / "run.sqlite"),))
+        for table, columns in held.items():
             names = ", ".join(columns)
-            store.execute(f"INSERT INTO {table} SELECT {names} FROM newer.{table}")
+            of_row = f", row_digest({names})" if version > 1 else ""
+            store.execute(f"INSERT INTO {table} SELECT {names}{of_row} FROM newer.{table}")
         store.commit()
     return copy
 
 
-def test_an_older_store_is_read_as_it_is(folder: Path, tmp_path: Path) -> None:
-    older = as_of_version_1(folder, tmp_path / "older")
+def as_older(records: pd.DataFrame) -> pd.DataFrame:
+    """Records as they are after an older store held them."""
+    return records.assign(**SINCE_3)
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_an_older_store_is_read_as_it_is(folder: Path, version: int, tmp_path: Path) -> None:
+    older = older_store(version, folder, tmp_path / "older")
     before = (older / "run.sqlite").read_bytes()
-    assert RecordedRun.read(older).records.equals(records_of(folder))
+    records = RecordedRun.read(older).records
+    pd.testing.assert_frame_equal(records, as_older(records_of(folder)))
+    assert list(records) == list(COLUMNS)
     assert (older / "run.sqlite").read_bytes() == before
+    assert [file.name for file in older.iterdir()] == ["run.sqlite"]
 
 
-def test_a_run_goes_on_in_an_older_store(bench: Cli, folder: Path, tmp_path: Path) -> None:
-    older = as_of_version_1(folder, tmp_path / "older")
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_run_goes_on_in_an_older_store(
+    bench: Cli, folder: Path, version: int, tmp_path: Path
+) -> None:
+    older = older_store(version, folder, tmp_path / "older")
     assert bench(*RUN, "--problems", 13, "--out", older)[0] == 0
     records = records_of(older)
     assert len(records) == 2 * 13
     kept = records[records["problem"] < 12].reset_index(drop=True)
-    assert kept.equals(records_of(folder)), "what it held was not measured again"
+    told = as_older(records_of(folder))
+    assert kept[list(COLUMNS)].astype(object).equals(told.astype(object)), "not measured again"
+    new = records[records["problem"] == 12]
+    assert (new["processor"] == machine.processor()).all()
+    assert older_sessions(older) == older_sessions(folder)
 
 
-@pytest.mark.parametrize("version", [0, 3, 99])
+def older_sessions(folder: Path) -> object:
+    """The first of a store's sessions."""
+    with StoredRecords(folder) as store:
+        return store.sessions()[0]
+
+
+def test_what_was_damaged_before_is_not_taken_over(
+    bench: Cli, folder: Path, tmp_path: Path
+) -> None:
+    older = older_store(2, folder, tmp_path / "older")
+    with closing(sqlite3.connect(older / "run.sqlite")) as store, store:
+        store.execute("UPDATE records SET length = length / 2 WHERE problem = 3")
+    before = (older / "run.sqlite").read_bytes()
+    for command in ((*RUN, "--problems", 20, "--out", older), ("report", older)):
+        code, _, err = bench(*command)
+        assert code == 2
+        assert "2 of its records are not what was stored" in err
+    assert (older / "run.sqlite").read_bytes() == before
+
+
+def test_records_with_other_weights_stand_side_by_side_in_a_store_that_was_older(
+    folder: Path, tmp_path: Path
+) -> None:
+    older = older_store(2, folder, tmp_path / "older")
+    with Store(older) as store:
+        values = records_of(folder).iloc[0].to_dict()
+        store.put(Record(**{**values, "weights": "another"}))
+        store.put(Record(**{**values, "weights": "another"}))
+        rows = store.records(
+            [values["env_fingerprint"]], values["problems_seed"], values["settings"]
+        )
+        of_planner = rows[rows["planner"] == values["planner"]]
+        assert of_planner["weights"].value_counts().to_dict() == {"": 12, "another": 1}
+
+
+@pytest.mark.parametrize("version", [0, 4, 99])
 def test_a_store_of_an_unknown_version_is_left_alone(
     bench: Cli, folder: Path, version: int, tmp_path: Path
 ) -> None:
@@ -153,7 +216,7 @@ def test_a_store_of_an_unknown_version_is_left_alone(
     for command in ((*RUN, "--problems", 20, "--out", copy), ("report", copy)):
         code, _, err = bench(*command)
         assert code == 2
-        assert f"version {version}, this program knows 1 and 2; use the program that made it" in err
+        assert f"version {version}, this program knows 1 to 3; use the program that made it" in err
     assert (copy / "run.sqlite").read_bytes() == before
 
 
