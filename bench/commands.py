@@ -97,7 +97,7 @@ def check(chosen: argparse.Namespace) -> int:
         update=chosen.update,
     )
     file: Path = chosen.baseline
-    now = gate.Baseline.of(RecordedRun.read(chosen.dir), wanted.measures)
+    now = gate.Baseline.of(RecordedRun.read(chosen.dir))
     wanted = wanted.of(now, str(chosen.dir))
     if chosen.update:
         return _update(now.attempted, file, chosen.out)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.record import NOT_ATTEMPTED, Verdict
+from bench.record import NOT_ATTEMPTED, Verdict, decode_path
 from bench.report import comparison
 from bench.report.recorded import RecordedRun
 from envs.problem import Array
@@ -22,6 +22,12 @@ MEASURES = {
 """What can be compared with a reference planner's, by the names of the command line."""
 
 _DIGITS = 4  # of a value; both sides of a check are rounded alike
+
+SOLVED, STRAIGHT, FAILED, MISSING = "S", "L", "F", "."
+"""What came of an attempt, a letter each: solved by a path with bends, solved by the straight line
+(which any random numbers find), failed, and not attempted."""
+
+_STRAIGHT = 1e-6  # by how much, as a fraction, a path may be longer than the straight line
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,8 @@ class Row:
         values: by the names of `MEASURES`, (k,) positive numbers to four digits in the units of
             `bench.record.Record`, of the problems 0, 1, ...; NaN where there is none, as the
             problem was not solved.
+        outcomes: of the problems 0, 1, ..., a letter each: SOLVED, STRAIGHT, FAILED or MISSING;
+            empty in baselines of programs that did not keep it.
     """
 
     env: str
@@ -47,6 +55,7 @@ class Row:
     problems: int
     solved: int
     values: Mapping[str, Array]
+    outcomes: str = ""
 
     @property
     def key(self) -> tuple[str, str]:
@@ -66,7 +75,7 @@ class Baseline:
     measures: tuple[str, ...] = ()
 
     @staticmethod
-    def of(run: RecordedRun, measures: Sequence[str] = ()) -> Baseline:
+    def of(run: RecordedRun, measures: Sequence[str] = tuple(MEASURES)) -> Baseline:
         """What one folder's run comes to, with values of these `MEASURES`."""
         [selection] = run.selections
         ordered = tuple(name for name in MEASURES if name in measures)
@@ -102,6 +111,7 @@ def _row(attempts: pd.DataFrame, selection: dict[str, Any], measures: Sequence[s
         values={
             name: _values(solved, MEASURES[name].column, selection["problems"]) for name in measures
         },
+        outcomes=_outcomes(made, selection["problems"]),
     )
 
 
@@ -112,3 +122,22 @@ def _values(solved: pd.DataFrame, column: str, problems: int) -> Array:
     # No ratio can be made of others, such as the endless margin where there are no obstacles.
     values[~(np.isfinite(values) & (values > 0))] = np.nan
     return values
+
+
+def _outcomes(made: pd.DataFrame, problems: int) -> str:
+    letters = np.full(problems, MISSING)
+    solved = made["outcome"] == Verdict.VALID.value
+    told = [
+        (STRAIGHT if _is_straight(path, length) else SOLVED) if won else FAILED
+        for won, path, length in zip(solved, made["path"], made["length"], strict=True)
+    ]
+    letters[made["problem"].to_numpy(dtype=int)] = told
+    return "".join(letters)
+
+
+def _is_straight(path: bytes | None, length: float | None) -> bool:
+    if path is None or length is None:
+        return False
+    waypoints = decode_path(path)
+    least = float(np.linalg.norm(waypoints[-1] - waypoints[0]))
+    return float(length) <= (1 + _STRAIGHT) * least

@@ -11,7 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.gate.baseline import MEASURES, Baseline, Row
+from bench.gate.baseline import (
+    FAILED,
+    MEASURES,
+    MISSING,
+    SOLVED,
+    STRAIGHT,
+    Baseline,
+    Row,
+)
 from envs import InputError
 from envs.errors import suggestion
 from envs.problem import Array
@@ -20,8 +28,11 @@ from envs.whole_file import whole_file
 VERSION = "1"
 
 COLUMNS = ("version", "env", "planner", "fingerprint", "seed", "settings", "problems", "solved")
-"""Those that every baseline has; after them come those of `MEASURES` that it was written with, with
-a value for each of the problems 0, 1, ..., or a dash."""
+"""Those that every baseline has; after them comes OUTCOMES, which older ones lack, and those of
+`MEASURES` that it was written with, with a value for each of the problems 0, 1, ..., or a dash."""
+
+OUTCOMES = "outcomes"
+"""The column of `Row.outcomes`."""
 
 _NONE = "-"
 _ANEW = "mend it, or delete it and write it anew with --update"
@@ -66,7 +77,7 @@ def write(baseline: Baseline, file: Path) -> None:
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*COLUMNS, *baseline.measures])
+    writer.writerow([*COLUMNS, OUTCOMES, *baseline.measures])
     writer.writerows(_written(row) for _, row in sorted(baseline.rows.items()))
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -92,7 +103,7 @@ def _cells(file: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
 
 
 def _measures(file: Path, header: Sequence[str]) -> tuple[str, ...]:
-    known = (*COLUMNS, *MEASURES)
+    known = (*COLUMNS, OUTCOMES, *MEASURES)
     for name in header:
         if name not in known:
             raise InputError(f"{file}: unknown column {name!r}; {suggestion(name, known)}")
@@ -122,6 +133,8 @@ def _parsed(header: Sequence[str], cells: Sequence[str]) -> Row:
                 f"{name} has {count} values for {len(numbers)} problems, where {solved} of "
                 f"{problems} were solved"
             )
+    outcomes = told.get(OUTCOMES, "")
+    _check_outcomes(outcomes, problems, solved)
     return Row(
         env=told["env"],
         planner=told["planner"],
@@ -131,7 +144,20 @@ def _parsed(header: Sequence[str], cells: Sequence[str]) -> Row:
         problems=problems,
         solved=solved,
         values=values,
+        outcomes=outcomes,
     )
+
+
+def _check_outcomes(outcomes: str, problems: int, solved: int) -> None:
+    """Raises ValueError if they are not those of the row's counts."""
+    known = SOLVED + STRAIGHT + FAILED + MISSING
+    strange = set(outcomes) - set(known)
+    if strange:
+        raise ValueError(f"{OUTCOMES} has {min(strange)!r}, which is none of {' '.join(known)}")
+    won = outcomes.count(SOLVED) + outcomes.count(STRAIGHT)
+    made = won + outcomes.count(FAILED)
+    if outcomes and (made, won) != (problems, solved):
+        raise ValueError(f"{OUTCOMES} says {won} solved of {made}, not {solved} of {problems}")
 
 
 def _count(name: str, told: dict[str, str]) -> int:
@@ -158,7 +184,7 @@ def _written(row: Row) -> list[str]:
     values = (" ".join(_word(value) for value in numbers) for numbers in row.values.values())
     counts = f"{row.problems}", f"{row.solved}"
     place = row.env, row.planner, row.fingerprint, f"{row.seed}", row.settings
-    return [VERSION, *place, *counts, *values]
+    return [VERSION, *place, *counts, row.outcomes, *values]
 
 
 def _word(value: float) -> str:

@@ -11,12 +11,16 @@ import numpy as np
 from scipy.stats import gmean
 
 from bench.gate.baseline import MEASURES, Baseline, Row
-from bench.gate.ratios import least_p, p_of_worse_ratio
+from bench.gate.ratios import least_p, noticed_factor, p_of_worse_ratio
+from bench.gate.success import SuccessTest, success_test
 from bench.gate.wanted import Wanted
-from bench.stats import holm, success_drop
+from bench.stats import holm
 from envs.problem import Array
 
 SUCCESS = "success"
+
+FALL = 0.05
+"""The fall of success whose chance of being noticed is told: 100 to 95 %."""
 
 
 class Verdict(str, Enum):
@@ -32,14 +36,16 @@ class Finding:
     """One test of a planner in an environment.
 
     Attributes:
-        what: SUCCESS, or one of `MEASURES`: its ratio to the reference planner's.
-        problems: of the baseline and of the run; for ratios, those that both planners solved in
-            both.
-        before, now: success rates as fractions, or geometric means of the ratios, which alone
-            change as the ratios of single problems do (P. J. Fleming and J. J. Wallace, "How not
-            to lie with statistics", Communications of the ACM 1986).
+        what: SUCCESS, or one of `MEASURES`: itself, or its ratio to the reference planner's.
+        problems: of the baseline and of the run: the same ones, where success is paired; for
+            measures, those solved in both, by the reference, too.
+        before, now: success rates as fractions, or geometric means of the measure or its ratios,
+            which alone change as those of single problems do (P. J. Fleming and J. J. Wallace, "How
+            not to lie with statistics", Communications of the ACM 1986).
         p: of the test, and `p_holm` the same corrected for all tests of the check.
         least_p: the smallest `p` that any outcome of the run could have had.
+        test: of success; None for measures.
+        changes: of measures, (n,) logs of how much worse the run's is on each problem.
     """
 
     env: str
@@ -50,6 +56,8 @@ class Finding:
     now: float
     p: float
     least_p: float
+    test: SuccessTest | None = None
+    changes: Array | None = None
     p_holm: float = math.nan
     verdict: Verdict = Verdict.NO_DROP
 
@@ -67,17 +75,38 @@ class Check:
         """Those that fell."""
         return tuple(f for f in self.findings if f.verdict is Verdict.REGRESSION)
 
+    @property
+    def threshold(self) -> float:
+        """The p that one test alone must have to be a regression."""
+        return self.wanted.alpha / max(len(self.findings), 1)
+
+    def noticed(self, finding: Finding) -> float | None:
+        """The least change for the worse that would be a regression: for success how many solved
+        problems must be lost, for measures the factor by which the run's would have to be worse
+        than the baseline's; None if no change would."""
+        if finding.test is not None:
+            return finding.test.noticed(self.threshold)
+        assert finding.changes is not None
+        return noticed_factor(finding.changes, self.wanted.tolerance, self.threshold)
+
+    def power(self, finding: Finding, fall: float = FALL) -> float:
+        """The probability that a fall of success is noticed in which each problem that the baseline
+        solved is lost with this probability."""
+        assert finding.test is not None
+        return finding.test.power(fall, self.threshold)
+
 
 def check(before: Baseline, now: Baseline, wanted: Wanted) -> Check:
     """Tests each row of a baseline that compares with a run's.
 
-    Success falls by Fisher's exact test, one-sided (`bench.stats.success_drop`): it holds for
-    independent problems, and errs on the safe side where both met the same ones. Ratios get worse
-    by `p_of_worse_ratio`, on the problems that planner and reference solved both times. A
-    regression is a test whose p, corrected by Holm for all tests of the check, is at most
-    `wanted.alpha`, so that noise raises any false alarm with at most this probability.
+    Success falls by `bench.gate.success.success_test`, which is paired on the same problems.
+    Measures get worse by `p_of_worse_ratio`, on the problems that were solved both times: of
+    lengths and margins, which depend on no machine, themselves; with a reference, which planner and
+    reference solved both times, their ratios. A regression is a test whose p, corrected by Holm for
+    all tests of the check, is at most `wanted.alpha`, so that noise raises any false alarm with at
+    most this probability.
 
-    A row compares if environment's fingerprint and settings are the same; ratios need the same
+    A row compares if environment's fingerprint and settings are the same; measures need the same
     problems, too.
 
     Args:
@@ -90,7 +119,8 @@ def check(before: Baseline, now: Baseline, wanted: Wanted) -> Check:
     found = []
     for own in pairs.values():
         found.append(_success(*own))
-        if wanted.reference not in (None, own[0].planner):
+        notes += _unpaired(found[-1], *own)
+        if wanted.measures and wanted.reference != own[0].planner:
             reference = pairs.get((own[0].env, str(wanted.reference)))
             compared, note = _ratios(own, reference, wanted)
             found += compared
@@ -127,29 +157,41 @@ def _why_not(before: Row, now: Row | None) -> str:
 
 
 def _success(before: Row, now: Row) -> Finding:
-    counts = before.solved, before.problems
-    rates = before.solved / before.problems, now.solved / now.problems
+    test = success_test(before, now)
+    rates = (solved / problems for solved, problems in (test.before, test.now))
     return Finding(
-        env=before.env,
-        planner=before.planner,
-        what=SUCCESS,
-        problems=(before.problems, now.problems),
-        before=rates[0],
-        now=rates[1],
-        p=success_drop(counts, (now.solved, now.problems)),
-        least_p=success_drop(counts, (0, now.problems)),
+        before.env,
+        before.planner,
+        SUCCESS,
+        (test.before[1], test.now[1]),
+        *rates,
+        p=test.p,
+        least_p=test.least_p,
+        test=test,
     )
+
+
+def _unpaired(finding: Finding, before: Row, now: Row) -> list[str]:
+    """A note if success of the same problems was not tested in pairs."""
+    assert finding.test is not None
+    if finding.test.name != "Fisher" or before.seed != now.seed:
+        return []
+    return [
+        f"{_named(before.key)}: success is tested as if problems were others, which takes a larger "
+        "fall to notice: the baseline does not say which were solved; --update writes it so"
+    ]
 
 
 def _ratios(
     own: tuple[Row, Row], reference: tuple[Row, Row] | None, wanted: Wanted
 ) -> tuple[list[Finding], str]:
     """A finding for each measure that compares; else why none, or some, does not."""
-    if reference is None:
+    what = "ratios" if wanted.reference else "measures"
+    if reference is None and wanted.reference:
         return [], f"no ratios, as the reference `{wanted.reference}` does not compare there"
-    seeds = sorted({row.seed for row in (*own, *reference)})
+    seeds = sorted({row.seed for row in (*own, *(reference or ()))})
     if len(seeds) > 1:
-        return [], f"no ratios, as the problems are others: their seeds are {seeds[0]}, {seeds[1]}"
+        return [], f"no {what}, as the problems are others: their seeds are {seeds[0]}, {seeds[1]}"
     found, without = [], []
     for name in wanted.measures:
         before, now = _shared(name, own, reference)
@@ -159,15 +201,19 @@ def _ratios(
             without.append(name)
     if not without:
         return found, ""
-    return found, f"no ratios of {', '.join(without)}, as no problem has them before and now"
+    return found, f"no {what} of {', '.join(without)}, as no problem has them before and now"
 
 
-def _shared(name: str, own: tuple[Row, Row], reference: tuple[Row, Row]) -> tuple[Array, Array]:
-    """(n,) ratios before and now, of the problems for which there are both."""
-    values = [row.values[name] for row in (*own, *reference)]
+def _shared(
+    name: str, own: tuple[Row, Row], reference: tuple[Row, Row] | None
+) -> tuple[Array, Array]:
+    """(n,) values, or ratios to the reference's, before and now, of the problems for which there
+    are both."""
+    values = [row.values[name] for row in (*own, *(reference or ()))]
     size = min(map(len, values))
     table = np.array([each[:size] for each in values])
-    own_before, own_now, before, now = table[:, np.isfinite(table).all(axis=0)]
+    own_before, own_now, *others = table[:, np.isfinite(table).all(axis=0)]
+    before, now = others or (1.0, 1.0)
     return own_before / before, own_now / now
 
 
@@ -182,6 +228,7 @@ def _ratio(row: Row, name: str, before: Array, now: Array, tolerance: float) -> 
         now=float(gmean(now)),
         p=p_of_worse_ratio(before, now, tolerance=tolerance, more_is_better=more_is_better),
         least_p=least_p(len(now)),
+        changes=np.log(before / now if more_is_better else now / before),
     )
 
 

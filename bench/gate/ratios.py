@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import bisect
 
-from bench.stats import signed_rank
+from bench.stats import hodges_lehmann, signed_rank
+
+
+_WORST = 1e3
+"""The largest factor that is looked for."""
 
 
 def p_of_worse_ratio(
@@ -47,3 +52,23 @@ def p_of_worse_ratio(
 def least_p(pairs: int) -> float:
     """The smallest p-value that so many pairs can have: all changes on one side."""
     return 0.5**pairs
+
+
+def noticed_factor(changes: ArrayLike, tolerance: float, threshold: float) -> float | None:
+    """By what factor all would have to be worse for the p-value of `p_of_worse_ratio` to be at most
+    a threshold, with noise such as was seen; None if no factor up to a thousand is enough.
+
+    Args:
+        changes: (n,) logs of how much worse each problem's value is than before; noise is what is
+            left of them without their centre (`hodges_lehmann`).
+    """
+    logs = np.asarray(changes, dtype=float)
+    noise = logs - hodges_lehmann(logs)
+
+    def excess(worse: float) -> float:
+        test = signed_rank(np.full(len(noise), np.log1p(tolerance)), noise + worse)
+        return (test.p_value / 2 if test.direction > 0 else 1.0) - threshold
+
+    if excess(np.log(_WORST)) > 0:
+        return None
+    return float(np.exp(bisect(excess, -np.log(_WORST), np.log(_WORST), xtol=1e-3)))

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.gate.baseline import MEASURES, Baseline, Row
-from bench.gate.check import SUCCESS, Check, Finding, Verdict
+from bench.gate.check import FALL, SUCCESS, Check, Finding, Verdict
+from bench.gate.success import TESTS
 from bench.report import markdown
 from envs import InputError
 
@@ -22,7 +23,10 @@ def text(check: Check, folder: Path, file: Path) -> str:
     if check.regressions:
         parts.append("\n".join(_line(finding, reference) for finding in check.regressions))
     if check.findings:
-        rows = [_cells(finding, reference) for finding in check.findings]
+        rows = [
+            _cells(finding, reference) | {"would notice": _noticed(finding, check.noticed(finding))}
+            for finding in check.findings
+        ]
         parts += [markdown.table(rows), _meaning(check)]
     if check.notes:
         parts.append("\n".join(f"- {note}." for note in check.notes))
@@ -70,7 +74,9 @@ def _line(finding: Finding, reference: str | None) -> str:
 
 
 def _what(finding: Finding, reference: str | None) -> str:
-    return finding.what if finding.what == SUCCESS else f"{finding.what} / {reference}'s"
+    if finding.what == SUCCESS or reference is None:
+        return finding.what
+    return f"{finding.what} / {reference}'s"
 
 
 def _cells(finding: Finding, reference: str | None) -> dict[str, str]:
@@ -87,6 +93,16 @@ def _cells(finding: Finding, reference: str | None) -> dict[str, str]:
         "p": f"{finding.p_holm:.2g}",
         "verdict": f"**{finding.verdict.value}**" if regression else finding.verdict.value,
     }
+
+
+def _noticed(finding: Finding, least: float | None) -> str:
+    """The least change for the worse that would be a regression; see `Check.noticed`."""
+    if least is None:
+        return "nothing"
+    if finding.test is None:
+        return f"{100 * (least - 1):.0f} % worse"
+    solved, problems = finding.test.before
+    return f"a fall to {solved - round(least)} of {problems} ({finding.test.name})"
 
 
 def _value(finding: Finding, value: float) -> str:
@@ -106,8 +122,8 @@ def _meaning(check: Check) -> str:
     wanted = check.wanted
     told = [
         f"A regression is a p, corrected by Holm for all tests here, of at most {wanted.alpha:g}: "
-        "noise raises any false alarm with at most this probability. Success is tested by "
-        "Fisher's exact test."
+        "noise raises any false alarm with at most this probability.",
+        *_tests(check),
     ]
     if wanted.measures:
         worse = ", ".join(
@@ -115,9 +131,8 @@ def _meaning(check: Check) -> str:
             for name in wanted.measures
         )
         told.append(
-            f"A ratio to `{wanted.reference}`'s is the geometric mean of the problems that both "
-            f"solved both times; worse is {worse}, by more than {100 * wanted.tolerance:g} %, by "
-            "Wilcoxon's signed-rank test of each problem's change."
+            f"{_of_measures(wanted.reference)}; worse is {worse}, by more than "
+            f"{100 * wanted.tolerance:g} %, by Wilcoxon's signed-rank test of each problem's change."
         )
     if any(finding.verdict is Verdict.BLIND for finding in check.findings):
         told.append(
@@ -125,6 +140,31 @@ def _meaning(check: Check) -> str:
             "outcome would have been a regression; take more problems, or a larger --alpha."
         )
     return " ".join(told)
+
+
+def _tests(check: Check) -> list[str]:
+    """How success was tested, and how likely a fall is to be noticed."""
+    tested = [finding for finding in check.findings if finding.test is not None]
+    told = []
+    for name, meaning in TESTS.items():
+        powers = [check.power(f) for f in tested if f.test is not None and f.test.name == name]
+        if powers:
+            least, most = f"{min(powers):.2f}", f"{max(powers):.2f}"
+            chance = least if least == most else f"{least} to {most}"
+            told.append(
+                f"{name}: {meaning}; that {100 * FALL:g} % of what was solved is lost is noticed "
+                f"with probability {chance}."
+            )
+    return told
+
+
+def _of_measures(reference: str | None) -> str:
+    if reference is None:
+        return "A measure is the geometric mean of the problems that were solved both times"
+    return (
+        f"A ratio to `{reference}`'s is the geometric mean of the problems that both solved both "
+        "times"
+    )
 
 
 def _summed_up(row: Row | None) -> str:

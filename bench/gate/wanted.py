@@ -17,9 +17,10 @@ class Wanted:
 
     Attributes:
         alpha: the probability of any false alarm in a check, in (0, 1).
-        measures: names of `MEASURES` to compare with those of the reference.
-        reference: a planner; None without measures.
-        tolerance: the fraction by which ratios may get worse.
+        measures: names of `MEASURES` to compare.
+        reference: the planner by whose they are measured, without which times do not compare; None
+            compares lengths and margins themselves.
+        tolerance: the fraction by which they may get worse.
     """
 
     alpha: float = 0.01
@@ -52,8 +53,8 @@ class Wanted:
                 raise InputError(f"--ratios: unknown {name!r}; {suggestion(name, MEASURES)}")
         if reference is not None and not measures:
             raise InputError("--reference: name with --ratios what to compare with it")
-        if measures and reference is None and not update:
-            raise InputError("--ratios: name with --reference the planner to compare with")
+        if "time" in measures and reference is None and not update:
+            raise InputError("--ratios time: name with --reference the planner to compare with")
         return Wanted(alpha, tuple(m for m in MEASURES if m in measures), reference, tolerance)
 
     def of(self, held: Baseline, where: str) -> Wanted:

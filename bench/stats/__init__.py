@@ -11,12 +11,14 @@ from bench.stats.curves import (
     solved_by_time,
 )
 from bench.stats.difference import difference_interval
-from bench.stats.effects import Effect, discordant_share, ratio_of_medians
+from bench.stats.effects import DIFFERENCE, RATIO, Effect, discordant_share, paired_effect
 from bench.stats.hypotheses import (
     McNemar,
     SignedRank,
+    changed_outcomes,
     holm,
     mcnemar,
+    paired_drop,
     signed_rank,
     success_drop,
 )
@@ -26,22 +28,29 @@ from bench.stats.intervals import (
     wilson_band,
     wilson_interval,
 )
+from bench.stats.walsh import hodges_lehmann, shift_interval
 
 __all__ = [
+    "DIFFERENCE",
+    "RATIO",
     "Effect",
     "Improvement",
     "McNemar",
     "SignedRank",
     "SolvedByTime",
     "censored_median",
+    "changed_outcomes",
     "clopper_pearson_interval",
     "difference_interval",
     "discordant_share",
+    "hodges_lehmann",
     "holm",
     "improvement",
     "mcnemar",
     "median_ranks",
-    "ratio_of_medians",
+    "paired_drop",
+    "paired_effect",
+    "shift_interval",
     "signed_rank",
     "solved_by_time",
     "success_drop",

@@ -5,11 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.stats import binomtest, fisher_exact, rankdata, wilcoxon
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import binom, binomtest, fisher_exact, rankdata, wilcoxon
 
 from bench.stats import pairs
+from bench.stats.walsh import subset_sums
 from envs.problem import Array
+
+
+_COUNTED = 13
+"""Up to so many differences of which some are equal p is exact."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +92,23 @@ def signed_rank(first: ArrayLike, second: ArrayLike) -> SignedRank:
     difference = difference[difference != 0]
     if len(difference) == 0:
         return SignedRank(0, 0, 1.0)
-    balance = float((np.sign(difference) * rankdata(np.abs(difference))).sum())
-    p = float(wilcoxon(difference, method="auto").pvalue)
+    ranks = rankdata(np.abs(difference))
+    balance = float((np.sign(difference) * ranks).sum())
+    tied = len(np.unique(ranks)) < len(ranks)
+    if tied and len(ranks) <= _COUNTED:
+        p = _counted_p(ranks, difference > 0)
+    else:
+        p = float(wilcoxon(difference, method="auto").pvalue)
     return SignedRank(len(difference), int(np.sign(balance)), p)
+
+
+def _counted_p(ranks: Array, positive: NDArray[np.bool_]) -> float:
+    """The exact two-sided p-value of signed ranks (n,), some of which are equal. SciPy comes to the
+    same by all 2^n signs, in seconds."""
+    doubled = np.rint(2 * ranks).astype(int)  # the mean of two ranks may end in a half
+    likely = subset_sums(doubled)
+    total = int(doubled[positive].sum())
+    return min(1.0, 2 * float(min(likely[: total + 1].sum(), likely[total:].sum())))
 
 
 def success_drop(before: tuple[int, int], after: tuple[int, int]) -> float:
@@ -111,6 +130,30 @@ def success_drop(before: tuple[int, int], after: tuple[int, int]) -> float:
             raise ValueError(f"{successes} successes of {trials} trials")
     table = [[successes, trials - successes] for successes, trials in (before, after)]
     return float(fisher_exact(table, alternative="greater").pvalue)
+
+
+def paired_drop(lost: int, gained: int) -> float:
+    """The p-value of a success rate that fell on the same problems: of so many of the problems that
+    changed sides being lost, or more, if each was as likely to be gained.
+
+    The exact McNemar test, one-sided; see `mcnemar`. It holds however unlike problems are, as long
+    as each is solved as often before as after and attempts are independent. If none changed
+    sides, p is 1.
+
+    Raises:
+        ValueError: a count is negative.
+    """
+    if min(lost, gained) < 0:
+        raise ValueError(f"{lost} lost and {gained} gained")
+    if lost + gained == 0:
+        return 1.0
+    return float(binomtest(lost, lost + gained, 0.5, alternative="greater").pvalue)
+
+
+def changed_outcomes(changed: int, attempts: int, rate: float) -> float:
+    """The p-value of outcomes that changed although everything was repeated: of so many, or more,
+    if each changes with probability `rate` at most. Of none, or fewer, p is 1."""
+    return float(binom.sf(changed - 1, attempts, rate))
 
 
 def holm(p_values: ArrayLike) -> Array:

@@ -32,6 +32,18 @@ def values(first: ArrayLike, second: ArrayLike) -> tuple[Array, Array]:
     return one, other
 
 
+def log_ratios(first: Array, second: Array) -> Array:
+    """The logarithms (n,) of the second by the first.
+
+    Raises:
+        ValueError: a value is not positive.
+    """
+    if not ((first > 0).all() and (second > 0).all()):
+        raise ValueError("a ratio needs positive values")
+    ratios: Array = np.log(second / first)
+    return ratios
+
+
 def _check_shapes(first: tuple[int, ...], second: tuple[int, ...]) -> None:
     if first != second or len(first) != 1:
         raise ValueError(f"pairs need arrays (n,) of one length, not {first} and {second}")

@@ -84,9 +84,72 @@ def test_fewer_solved_fails_in_one_line(bench: Cli, tmp_path: Path, baseline: Pa
 
 
 def test_alpha_decides(bench: Cli, tmp_path: Path, baseline: Path) -> None:
-    now = stored(tmp_path / "now", {**SOLVED, "rrtstar": 12})  # p 0.0098, by three tests 0.029
+    """Other paths, so that luck may have lost some: p is 2^-7, by three tests 0.023."""
+    now = stored(tmp_path / "now", {**SOLVED, "rrtstar": 12}, {**SCALES, "rrtstar": 2.001})
     assert bench("check", now, "--baseline", baseline)[0] == 0
     assert bench("check", now, "--baseline", baseline, "--alpha", 0.05)[0] == 1
+
+
+def test_a_fall_from_20_to_18_fails_where_the_paths_are_as_they_were(
+    bench: Cli, tmp_path: Path, baseline: Path
+) -> None:
+    now = stored(tmp_path / "now", {**SOLVED, "fmm": N - 2})
+    code, out, _ = bench("check", now, "--baseline", baseline)
+    assert code == 1
+    assert "- regression: `fmm` in `c3d`: success from 100.0 % to 90.0 % (p " in out
+    assert "| a fall to 18 of 20 (repeated)" in out
+    assert "that 5 % of what was solved is lost is noticed with probability" in out
+
+
+def test_paths_drawn_anew_need_a_larger_fall(bench: Cli, tmp_path: Path, baseline: Path) -> None:
+    """Lengths differ, so random numbers do, too, and luck may have lost some."""
+    anew = {**SCALES, "fmm": 1.001}
+    for solved, expected in ((N - 6, 0), (N - 9, 1)):
+        now = stored(tmp_path / f"now{solved}", {**SOLVED, "fmm": solved}, anew)
+        code, out, _ = bench("check", now, "--baseline", baseline)
+        assert code == expected
+        assert "| a fall to 11 of 20 (McNemar)" in out
+
+
+def test_which_were_solved_matters(bench: Cli, tmp_path: Path, baseline: Path) -> None:
+    """As many are solved, but others: a rise makes up for a fall."""
+    other = stored(tmp_path / "now", {**SOLVED, "rrtstar": N})
+    with Store(other) as store:
+        store.put(Record(**row("rrtstar", 4, "TIMEOUT")))
+    code, out, _ = bench("check", other, "--baseline", baseline)
+    assert code == 0, out
+    [line] = [line for line in out.splitlines() if line.startswith("| `c3d` | `rrtstar` | success")]
+    assert "| 95.0 %     | 95.0 %" in line
+
+
+def test_an_older_baseline_is_tested_as_it_was(bench: Cli, tmp_path: Path, baseline: Path) -> None:
+    lines = [line.split(",") for line in baseline.read_text().splitlines()]
+    column = lines[0].index("outcomes")
+    older = [",".join([*cells[:column], *cells[column + 1 :]]) for cells in lines]
+    baseline.write_text("\n".join(older) + "\n")
+    now = stored(tmp_path / "now", {**SOLVED, "rrtstar": 12})  # p 0.0098, by three tests 0.029
+    code, out, _ = bench("check", now, "--baseline", baseline)
+    assert code == 0
+    assert "(Fisher)" in out
+    assert "`fmm` in `c3d`: success is tested as if problems were others" in out
+    assert "--update writes it so" in out
+    assert bench("check", now, "--baseline", baseline, "--alpha", 0.05)[0] == 1
+
+
+def test_lengths_and_margins_compare_without_a_reference(
+    bench: Cli, tmp_path: Path, baseline: Path
+) -> None:
+    options = ("--ratios", "length,margin")
+    same = stored(tmp_path / "same")
+    code, out, _ = bench("check", same, "--baseline", baseline, *options)
+    assert code == 0
+    assert out.count("| no drop shown |") == 9, "of each planner"
+    assert out.count("10 % worse") == 6, "nothing is left to chance"
+    longer = stored(tmp_path / "longer", scales={**SCALES, "fmm": 1.2})
+    code, out, _ = bench("check", longer, "--baseline", baseline, *options)
+    assert code == 1
+    assert "- regression: `fmm` in `c3d`: length from " in out
+    assert "A measure is the geometric mean of the problems that were solved both times" in out
 
 
 RATIOS = ("--ratios", "length,margin,time", "--reference", "fmm")
@@ -215,8 +278,12 @@ def test_bad_options(
 
 
 def test_a_baseline_without_what_is_wanted(bench: Cli, refused: Refused, tmp_path: Path) -> None:
+    """As older programs wrote it."""
     run, file = stored(tmp_path / "now"), tmp_path / "b.csv"
-    assert bench("check", run, "--baseline", file, "--update", "--ratios", "length")[0] == 0
+    assert bench("check", run, "--baseline", file, "--update")[0] == 0
+    lines = [line.split(",") for line in file.read_text().splitlines()]
+    kept = [i for i, name in enumerate(lines[0]) if name not in ("outcomes", "margin", "time")]
+    file.write_text("".join(",".join(cells[i] for i in kept) + "\n" for cells in lines))
     said = refused("check", run, "--baseline", file, *RATIOS)
     assert "holds no margin, time; write it with --update --ratios length,margin,time" in said
 

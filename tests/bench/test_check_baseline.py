@@ -100,6 +100,41 @@ def test_files_that_are_no_text_are_refused(tmp_path: Path) -> None:
         read(tmp_path)
 
 
+def test_an_attempt_is_a_letter(tmp_path: Path) -> None:
+    """Solved by a path with bends, by the straight line, not solved, not attempted."""
+    bent = np.array([[0.0, 0], [1, 1], [2, 0]])
+    straight = np.array([[0.0, 0], [1, 0], [2, 0]])
+    rows = [
+        row("p", 0, "VALID", length=8**0.5, path=bent),
+        row("p", 1, "VALID", length=2.0, path=straight),
+        row("p", 2, "COLLISION", length=2.0, path=straight),
+        row("p", 4, "VALID", length=3.0),
+    ]
+    found = Baseline.of(recorded(rows)).rows["c3d", "p"]
+    assert (found.outcomes, found.problems, found.solved) == ("SLF.S", 4, 3)
+    write(Baseline.of(recorded(rows)), tmp_path / "b.csv")
+    assert read(tmp_path / "b.csv").rows["c3d", "p"].outcomes == "SLF.S"
+
+
+@pytest.mark.parametrize(
+    ("letters", "said"),
+    [
+        ("SSX", "outcomes has 'X', which is none of S L F ."),
+        ("SSS", "outcomes says 3 solved of 3, not 2 of 3"),
+        ("SL", "outcomes says 2 solved of 2, not 2 of 3"),
+        ("SL.", "outcomes says 2 solved of 2"),
+    ],
+)
+def test_outcomes_that_do_not_fit_are_refused(letters: str, said: str, tmp_path: Path) -> None:
+    file = tmp_path / "b.csv"
+    file.write_text(f"{HEADER},outcomes\n{GOOD},{letters}\n")
+    with pytest.raises(InputError) as refusal:
+        read(file)
+    assert f"line 2: {said}" in str(refusal.value)
+    file.write_text(f"{HEADER},outcomes\n{GOOD},SLF\n")
+    assert read(file).rows["c3d", "fmm"].outcomes == "SLF"
+
+
 @settings(max_examples=500, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.one_of(

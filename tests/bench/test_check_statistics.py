@@ -10,7 +10,7 @@ import pytest
 from records import recorded, row
 from scipy.stats import binom
 
-from bench.gate import Baseline, Check, Verdict, Wanted, check, p_of_worse_ratio
+from bench.gate import Baseline, Check, Row, Verdict, Wanted, check, p_of_worse_ratio
 from bench.gate.text import text
 from bench.stats import success_drop
 
@@ -73,6 +73,99 @@ def test_noise_in_success_alarms_no_more_often_than_alpha_at_any_rate() -> None:
         counts = rng.binomial(50, rate, (RERUNS, 2)).tolist()
         alarms = sum(success_drop((a, 50), (b, 50)) <= ALPHA for a, b in counts)
         assert alarms <= ALLOWED, rate
+
+
+def kept(lengths: np.ndarray, letters: np.ndarray, times: np.ndarray) -> Baseline:
+    """A planner's row in a baseline, of problems with such outcomes; margins are lengths."""
+    won = (letters == "S") | (letters == "L")
+    values = {
+        name: np.where(won, each, np.nan)
+        for name, each in (("length", lengths), ("margin", lengths), ("time", times))
+    }
+    counts = len(letters), int(won.sum())
+    row = Row("c3d", "p", "f", 0, "time_limit_s=5.0", *counts, values, "".join(letters))
+    return Baseline({row.key: row}, ("length", "margin", "time"))
+
+
+def repeated(
+    rng: np.random.Generator, world: np.ndarray, lost: float, gained: float = 0.0
+) -> Baseline:
+    """A run whose paths are those of the world (n,) again and whose times are not; problems of
+    negative hardness fail."""
+    chance = rng.random(len(world))
+    won = np.where(world > 0, chance >= lost, chance < gained)
+    times = 0.01 * np.exp(rng.standard_normal(len(world)))
+    return kept(np.abs(world), np.where(won, "S", "F"), times)
+
+
+def test_reruns_that_repeat_their_paths_alarm_no_more_often_than_alpha() -> None:
+    """One outcome in 10,000 changes for no reason."""
+    rng = np.random.default_rng(11)
+    for share in (1.0, 0.9, 0.5):
+        world = hardness(rng, 60) * np.where(rng.random(60) < share, 1, -1)
+        before = repeated(rng, world, 0.0)
+        found = [check(before, repeated(rng, world, 1e-4, 1e-4), Wanted(ALPHA)) for _ in range(200)]
+        assert {f.test.name for each in found for f in each.findings if f.test} == {"repeated"}
+        assert sum(bool(each.regressions) for each in found) <= ALLOWED
+
+
+def test_5_points_less_are_noticed_at_60_problems_where_paths_are_as_they_were() -> None:
+    """In at least 0.8 of all cases, and it says so."""
+    rng = np.random.default_rng(12)
+    world = hardness(rng, 60)
+    before = repeated(rng, world, 0.0)
+    found = [check(before, repeated(rng, world, 0.05), Wanted(0.01)) for _ in range(1000)]
+    alarms = sum(bool(each.regressions) for each in found)
+    assert binom.ppf(0.001, 1000, 0.808) <= alarms <= binom.ppf(0.999, 1000, 0.808)
+    same = check(before, before, Wanted(0.01))
+    assert same.power(same.findings[0]) >= 0.8
+    told = text(same, Path("a"), Path("b"))
+    assert "a fall to 58 of 60 (repeated)" in told
+    assert "5 % of what was solved is lost is noticed with probability 0.81" in told
+
+
+def test_the_power_that_is_told_is_that_of_paths_drawn_anew() -> None:
+    rng = np.random.default_rng(13)
+    world = hardness(rng, 60)
+    rates = {"reference": 1.0, "good": 1.0}
+    before = drawn(rng, world, rates=rates)
+    found = [
+        check(before, drawn(rng, world, rates={"reference": 1.0, "good": 0.85}), Wanted(ALPHA))
+        for _ in range(100)
+    ]
+    told = found[0].power(next(f for f in found[0].findings if f.planner == "good"), 0.15)
+    alarms = sum(bool(each.regressions) for each in found)
+    assert binom.ppf(0.001, 100, told) <= alarms <= binom.ppf(0.999, 100, told)
+    assert 0.5 < told < 0.95
+
+
+def test_straight_lines_do_not_make_a_rerun_of_other_random_numbers_a_repetition() -> None:
+    """Most paths are straight lines, the same with any random numbers; the rest succeed by luck."""
+    rng = np.random.default_rng(14)
+    lines = np.arange(60) < 50
+
+    def luck() -> Baseline:
+        letters = np.where(lines, "L", np.where(rng.random(60) < 0.5, "S", "F"))
+        return kept(np.where(lines, 5.0, 5 + rng.random(60)), letters, np.full(60, 0.01))
+
+    found = [check(luck(), luck(), Wanted(ALPHA)) for _ in range(RERUNS)]
+    assert {f.test.name for each in found for f in each.findings if f.test} == {"McNemar"}
+    assert sum(bool(each.regressions) for each in found) <= ALLOWED
+
+
+def test_problems_near_the_time_limit_may_be_lost_to_a_slower_machine() -> None:
+    """Paths are as they were, but three solved at 2 s of 5 are late on a machine half as fast."""
+    rows = [row("p", i, "VALID", length=1.0 + i, solve_s=0.01) for i in range(20)]
+    slow = [row("p", i, "VALID", length=1.0 + i, solve_s=2.6) for i in range(20, 23)]
+    late = [row("p", i, "LATE", length=1.0 + i, solve_s=5.2) for i in range(20, 23)]
+    before, now = (Baseline.of(recorded(rows + more)) for more in (slow, late))
+    [finding] = check(before, now, Wanted(0.05)).findings
+    assert finding.test is not None
+    assert (finding.test.name, finding.test.lost, finding.test.lost_sure) == ("repeated", 3, 0)
+    assert finding.verdict is Verdict.NO_DROP
+    gone = [row("p", i, "TIMEOUT") for i in range(17, 20)]
+    [finding] = check(before, Baseline.of(recorded(rows[:17] + gone + slow)), Wanted(0.05)).findings
+    assert finding.verdict is Verdict.REGRESSION
 
 
 def test_a_slow_down_of_30_percent_is_found_with_50_problems() -> None:

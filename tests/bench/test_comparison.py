@@ -15,7 +15,7 @@ from records import recorded, row
 
 from bench.report.comparison import compare, pair_runs, text
 from bench.report.recorded import RecordedRun
-from bench.stats import holm, mcnemar, ratio_of_medians, signed_rank
+from bench.stats import holm, mcnemar, paired_effect, signed_rank
 from envs import InputError
 
 N = 12
@@ -78,7 +78,7 @@ def test_each_number_is_that_of_its_statistic() -> None:
     assert success["p"] == mcnemar(ok_a, ok_b).p_value
     assert (success["effect"], success["estimate"]) == ("share", pytest.approx(2 / 3))
     times = TIMES[4:] / 10
-    expected = ratio_of_medians(times, 0.5 * times, seed=0)
+    expected = paired_effect(times, 0.5 * times)
     assert (time["n"], time["value_a"], time["value_b"]) == pytest.approx((8, 0.85, 0.425))
     assert (time["effect"], time["estimate"]) == ("ratio", expected.estimate)
     assert (time["low"], time["high"]) == (expected.low, expected.high)
@@ -121,15 +121,46 @@ def test_many_tests_correct_each_other() -> None:
     assert (among["p"], among["p_holm"], among["verdict"]) == (2 / 256, 32 * 2 / 256, "same")
 
 
-def test_a_test_without_an_interval_on_its_side_shows_nothing() -> None:
-    """The short paths and the long ones get longer, but not those in the middle, so the medians are
-    the same."""
+def test_a_difference_in_few_problems_is_shown_with_its_size_there() -> None:
+    """The short paths and the long ones get longer, but not those in the middle."""
     lengths = [10 + i / 100 for i in range(15)] + [50.0] * 15 + [90 + i / 100 for i in range(15)]
     a = [row("p", i, "VALID", solve_s=1.0, length=x) for i, x in enumerate(lengths)]
     b = [{**r, "length": r["length"] + (r["length"] != 50)} for r in a]
     found = compared(recorded(a), recorded(b)).loc["length"]
     assert found["p_holm"] < 0.001
-    assert (found["low"], found["high"], found["verdict"]) == (1, 1, "same")
+    assert (found["n"], found["differing"], found["verdict"]) == (45, 30, "worse")
+    assert 1 < found["low"] < found["estimate"] < found["high"] < 1.1
+    first, second = recorded(a), recorded(b)
+    assert " of 30 " in text(first, second, compare(pair_runs(first, second).pairs), ())
+
+
+def test_rounding_is_no_difference() -> None:
+    a = planner("fmm")
+    b = [{**r, "length": r["length"] * (1 + 1e-15)} for r in a]
+    found = compared(recorded(a), recorded(b)).loc["length"]
+    assert (found["differing"], found["p"], found["verdict"]) == (0, 1, "same")
+    assert (found["estimate"], found["low"], found["high"]) == (1, 1, 1)
+
+
+def test_shorter_by_5_percent_is_shown_as_often_as_signed_ranks_show_it() -> None:
+    """60 problems of very different lengths, noise of 10 %: signed ranks alone show it in 89 %."""
+    rng = np.random.default_rng(8)
+    shown = tested = 0
+    for _ in range(60):
+        hard = np.exp(rng.normal(size=60))
+        noise = 0.1 / 2**0.5 * rng.normal(size=(2, 60))
+        lengths = hard * np.exp(noise) * [[1.0], [0.95]]
+        a, b = (
+            [row("p", i, "VALID", solve_s=1.0, length=x) for i, x in enumerate(each)]
+            for each in lengths
+        )
+        found = compared(recorded(a), recorded(b)).loc["length"]
+        tested += found["p"] <= 0.05
+        assert (found["p"] <= 0.05) == (found["high"] < 1 or found["low"] > 1), "one decision"
+        assert (found["verdict"] == "better") == (found["p_holm"] <= 0.05)
+        shown += found["verdict"] == "better"
+    assert tested >= 50
+    assert shown >= 45, "also corrected for the other tests of the table"
 
 
 def test_margins_that_are_not_positive_have_a_difference() -> None:

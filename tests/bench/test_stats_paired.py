@@ -17,7 +17,10 @@ from bench.stats import (
     discordant_share,
     holm,
     mcnemar,
-    ratio_of_medians,
+    hodges_lehmann,
+    paired_drop,
+    paired_effect,
+    shift_interval,
     signed_rank,
     success_drop,
 )
@@ -111,72 +114,90 @@ def test_signed_rank_is_scipys_in_either_order(n: int) -> None:
     assert found.p_value == pytest.approx(signed_rank(second, first).p_value)
 
 
-def test_ratio_of_medians_by_hand() -> None:
-    """All pairs have ratio 2, so every resample has it, too, as pairs stay together."""
+@pytest.mark.parametrize("seed", range(4))
+def test_equal_sizes_are_counted_as_scipy_counts_them(seed: int) -> None:
+    values = np.random.default_rng(seed).integers(-3, 5, 9)
+    differences = values[values != 0].astype(float)
+    found = signed_rank(np.zeros(len(differences)), differences)
+    assert found.p_value == pytest.approx(scipy_stats.wilcoxon(differences).pvalue)
+
+
+def test_an_effect_by_hand() -> None:
     first = np.array([1.0, 5, 2, 9, 4, 3, 8])
-    found = ratio_of_medians(first, 2 * first, seed=0)
+    found = paired_effect(first, 2 * first)
     assert (found.kind, found.estimate, found.low, found.high) == ("ratio", 2, 2, 2)
-    assert found.direction == 1
-    assert ratio_of_medians(2 * first, first, seed=0).direction == -1
-
-
-def test_values_that_are_not_positive_have_a_difference() -> None:
-    first = np.array([0.0, 5, 2, 9, 4, 3, 8])
-    found = ratio_of_medians(first, first - 1, seed=0)
-    assert (found.kind, found.estimate, found.low, found.high) == ("difference", -1, -1, -1)
-    assert found.direction == -1
+    less = paired_effect(first, first - 1, kind="difference")
+    assert (less.kind, less.estimate, less.low, less.high) == ("difference", -1, -1, -1)
+    same = paired_effect(first, first)
+    assert (same.estimate, same.low, same.high) == (1, 1, 1)
 
 
 @pytest.mark.parametrize("n", range(6))
 def test_few_pairs_have_no_bounds(n: int) -> None:
-    found = ratio_of_medians(np.full(n, 2.0), np.full(n, 6.0), seed=0)
-    assert (found.low, found.high, found.direction) == (0, math.inf, 0)
-    assert found.estimate == 3 if n else math.isnan(found.estimate)
-    below = ratio_of_medians(np.full(n, 2.0), np.full(n, -6.0), seed=0)
-    assert (below.low, below.high) == ((-math.inf if n else 0), math.inf)
+    found = paired_effect(np.full(n, 2.0), np.full(n, 6.0))
+    assert (found.low, found.high) == (0, math.inf)
+    assert found.estimate == pytest.approx(3) if n else math.isnan(found.estimate)
+    below = paired_effect(np.full(n, 2.0), np.full(n, -6.0), kind="difference")
+    assert (below.low, below.high) == (-math.inf, math.inf)
 
 
-def test_only_the_seed_moves_the_interval() -> None:
-    """NumPy's global state neither matters nor moves."""
-    random = np.random.default_rng(3)
-    first, second = random.exponential(size=(2, 40))
-    np.random.seed(0)
-    once = ratio_of_medians(first, second, seed=1)
-    state = np.random.get_state()[1]
-    assert ratio_of_medians(first, second, seed=1) == once
-    assert (np.random.get_state()[1] == state).all()
-    assert ratio_of_medians(first, second, seed=2) != once
+@pytest.mark.parametrize("n", [1, 2, 5, 6, 21, 50, 51, 120])
+def test_the_shift_is_the_median_of_all_means(n: int) -> None:
+    values = np.random.default_rng(n).standard_t(2, n)
+    means = [(a + b) / 2 for i, a in enumerate(values) for b in values[i:]]
+    assert hodges_lehmann(values) == pytest.approx(np.median(means))
 
 
-def test_memory_does_not_move_the_interval(monkeypatch: pytest.MonkeyPatch) -> None:
-    first, second = np.random.default_rng(3).exponential(size=(2, 40))
-    once = ratio_of_medians(first, second, seed=1)
-    monkeypatch.setattr("bench.stats.effects._AT_ONCE", 40 * 100)
-    assert ratio_of_medians(first, second, seed=1) == once
+def test_many_differences_take_no_more_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    values = np.random.default_rng(1).normal(size=301)
+    values[:40] = values[40]  # some are the same
+    made = hodges_lehmann(values), *shift_interval(values)
+    monkeypatch.setattr("bench.stats.walsh._AT_ONCE", 10)
+    assert (hodges_lehmann(values), *shift_interval(values)) == pytest.approx(made, abs=1e-12)
+    many = np.random.default_rng(2).normal(0.3, size=100_000)
+    assert hodges_lehmann(many) == pytest.approx(0.3, abs=0.02)
 
 
-@pytest.mark.parametrize(("alike", "most"), [(0.0, 286), (1.0, 300)])
-def test_the_interval_covers_the_true_ratio(alike: float, most: int) -> None:
+@given(st.lists(st.integers(-(10**6), 10**6).filter(bool), min_size=1, max_size=60, unique=True))
+def test_the_interval_is_the_test_turned_round(values: list[int]) -> None:
+    """It excludes 0 where SciPy's signed-rank test rejects; sizes all differ."""
+    differences = np.array(values) + 0.25
+    low, high = shift_interval(differences)
+    assert low <= hodges_lehmann(differences) <= high
+    p = scipy_stats.wilcoxon(differences, correction=False).pvalue
+    excluded = low > 0 or high < 0
+    if len(differences) <= 50:
+        assert excluded == (p <= 0.05)
+    elif abs(p - 0.05) > 0.002:
+        assert excluded == (p < 0.05)
+
+
+@pytest.mark.parametrize("alike", [0.0, 1.0])
+def test_the_interval_covers_the_true_ratio(alike: float) -> None:
     """Of 300 samples of 40 log-normal pairs with a true ratio of 1.3; an exact 90 % interval holds
-    it in 254 to 286 in all but one of 500 such tests. It errs to the safe side where the two
-    planners find the same problems hard."""
+    it in 254 to 286 in all but one of 500 such tests, however alike the two find the problems."""
     random = np.random.default_rng(5)
     hits = 0
     for _ in range(300):
         hard = random.normal(size=40) * alike
         first = np.exp(hard + random.normal(0, 0.5, 40))
         second = 1.3 * np.exp(hard + random.normal(0, 0.5, 40))
-        found = ratio_of_medians(first, second, seed=1, confidence=0.9, resamples=499)
+        found = paired_effect(first, second, confidence=0.9)
         hits += found.low <= 1.3 <= found.high
-    assert 254 <= hits <= most
+    assert 254 <= hits <= 286
 
 
 def test_pairs_stay_together() -> None:
     """Were they not, the interval would be as wide as the spread of the problems."""
     random = np.random.default_rng(6)
     first = np.exp(random.normal(0, 2, 60))
-    found = ratio_of_medians(first, first * np.exp(random.normal(0.2, 0.01, 60)), seed=0)
-    assert found.high / found.low < 1.1
+    found = paired_effect(first, first * np.exp(random.normal(0.2, 0.01, 60)))
+    assert found.high / found.low < 1.01
+
+
+def test_ratios_need_positive_values() -> None:
+    with pytest.raises(ValueError, match="positive"):
+        paired_effect([1.0, 0.0], [1.0, 1.0])
 
 
 @pytest.mark.parametrize("compared", [mcnemar, signed_rank])
@@ -184,7 +205,7 @@ def test_pairs_of_different_length_are_refused(compared: Callable[..., object]) 
     with pytest.raises(ValueError, match="one length"):
         compared([1, 0], [1])
     with pytest.raises(ValueError, match="one length"):
-        ratio_of_medians([1.0, 2.0], [1.0], seed=0)
+        paired_effect([1.0, 2.0], [1.0])
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
@@ -192,7 +213,7 @@ def test_values_that_are_not_finite_are_refused(bad: float) -> None:
     with pytest.raises(ValueError, match="finite"):
         signed_rank([1.0, bad], [1.0, 2.0])
     with pytest.raises(ValueError, match="finite"):
-        ratio_of_medians([1.0, bad], [1.0, 2.0], seed=0)
+        paired_effect([1.0, bad], [1.0, 2.0])
 
 
 def test_a_drop_by_hand() -> None:
@@ -209,11 +230,21 @@ def test_a_drop_is_a_hypergeometric_tail(s: int, f: int, t: int, g: int) -> None
     assert success_drop(before, after) == pytest.approx(tail)
 
 
+@given(counts, counts)
+def test_a_paired_drop_is_half_of_mcnemars_test(lost: int, gained: int) -> None:
+    p = paired_drop(lost, gained)
+    both = mcnemar(*outcomes(3, lost, gained, 2)).p_value
+    assert p == pytest.approx(both / 2 if lost > gained else p)
+    assert p == pytest.approx(scipy_stats.binom.sf(lost - 1, lost + gained, 0.5))
+
+
 def test_impossible_counts_are_refused() -> None:
     with pytest.raises(ValueError, match="successes"):
         success_drop((5, 4), (1, 4))
     with pytest.raises(ValueError, match="successes"):
         discordant_share(-1, 4)
+    with pytest.raises(ValueError, match="lost"):
+        paired_drop(-1, 4)
 
 
 def test_holm_by_hand() -> None:

@@ -15,13 +15,15 @@ from bench import record
 from bench.report.comparison.conditions import why_times_differ
 from bench.report.comparison.pairing import Pair, Side
 from bench.stats import (
+    DIFFERENCE,
+    RATIO,
     Effect,
     McNemar,
     SignedRank,
     discordant_share,
     holm,
     mcnemar,
-    ratio_of_medians,
+    paired_effect,
     signed_rank,
 )
 
@@ -36,6 +38,7 @@ COLUMNS = (
     *("env", "env_fingerprint", "problems_seed", "folder_a", "planner_a", "folder_b", "planner_b"),
     *("measure", "n", "value_a", "value_b", "only_a", "only_b"),
     *("effect", "estimate", "low", "high", "p", "p_holm", "verdict", "reason"),
+    "differing",
 )
 
 
@@ -51,18 +54,26 @@ class Verdict(str, Enum):
 @dataclass(frozen=True)
 class Measure:
     """Something measured of verified successes: its column in the records, whether more of it is
-    better, and why it does not compare between two sides (empty if it does)."""
+    better, the kind of effect that two planners are compared by, and why it does not compare
+    between two sides (empty if it does)."""
 
     column: str
     more_is_better: bool
+    effect: str
     obstacle: Callable[[Side, Side], str] = lambda a, b: ""
 
 
 MEASURES = {
-    "time_s": Measure("solve_s", False, lambda a, b: why_times_differ(a.conditions, b.conditions)),
-    "length": Measure("length", False),
-    "safety_margin": Measure("safety_margin", True),
+    "time_s": Measure(
+        "solve_s", False, RATIO, lambda a, b: why_times_differ(a.conditions, b.conditions)
+    ),
+    "length": Measure("length", False, RATIO),
+    "safety_margin": Measure("safety_margin", True, DIFFERENCE),
 }
+
+_ROUNDING = 1e-9
+"""Values that differ by less than this part of them are the same: a straight line is as long in one
+piece as in a hundred."""
 
 
 @dataclass(frozen=True)
@@ -81,35 +92,35 @@ class _Finding:
         return math.nan if self.test is None else self.test.p_value
 
     def verdict(self, p_holm: float) -> Verdict:
-        """A difference is shown if the test, corrected, and the effect's interval agree on it."""
-        if self.test is None or self.effect is None:
+        """A difference is shown by the test, corrected, and by nothing else."""
+        if self.test is None:
             return Verdict.NOT_COMPARABLE
         direction = self.test.direction
-        if p_holm > 1 - CONFIDENCE or self.effect.direction != direction or direction == 0:
+        if p_holm > 1 - CONFIDENCE or direction == 0:
             return Verdict.SAME
         more_is_better = self.measure == SUCCESS or MEASURES[self.measure].more_is_better
         return Verdict.BETTER if (direction > 0) == more_is_better else Verdict.WORSE
 
 
-def compare(pairs: Sequence[Pair], *, seed: int = 0) -> pd.DataFrame:
+def compare(pairs: Sequence[Pair]) -> pd.DataFrame:
     """Compares A and B of each pair: four rows a pair, with these columns.
 
     `measure` is "success", or one of `MEASURES` on the `n` problems that both solved. `value_a`
     and `value_b` are success rates (of `n` problems), as fractions, or medians (seconds, and the
     environment's unit). `only_a` and `only_b` count the problems that only one solved. `effect`
     says what `estimate` is, and `low` and `high` the ends of its interval: "share", of those
-    problems, B's; "ratio", the medians' B by A; or "difference", B minus A, where a value is not
-    positive. `p` is McNemar's or the signed-rank test's, `p_holm` the same corrected for all
-    tests of the table.
+    problems, B's; else Hodges and Lehmann's estimate of what happens on a problem
+    (`bench.stats.paired_effect`): "ratio", B's by A's, or "difference", B minus A, of margins and
+    where a value is not positive. `p` is McNemar's or the signed-rank test's, of the logs where
+    the effect is a ratio; `differing` counts the problems on which both differ, which alone the
+    test and the effect are about. `p_holm` is p corrected for all tests of the table.
 
-    `verdict` is of B, by A: better or worse if `p_holm` is at most 1 - CONFIDENCE and the
-    interval, too, is on that side; "same" means that no difference was shown. What does not
-    compare has no test, and its `reason`.
-
-    Args:
-        seed: of the bootstrap; a pair's numbers do not depend on the other pairs.
+    `verdict` is of B, by A: better or worse if `p_holm` is at most 1 - CONFIDENCE; "same" means
+    that no difference was shown. Test and interval are two sides of one: uncorrected, the interval
+    lies on one side where p is below 1 - CONFIDENCE. What does not compare has no test, and its
+    `reason`.
     """
-    found = [(pair, f) for pair in pairs for f in _findings(pair, seed)]
+    found = [(pair, f) for pair in pairs for f in _findings(pair)]
     corrected = holm([finding.p for _, finding in found])
     rows = [
         {
@@ -122,14 +133,16 @@ def compare(pairs: Sequence[Pair], *, seed: int = 0) -> pd.DataFrame:
         for (pair, finding), p_holm in zip(found, corrected.tolist(), strict=True)
     ]
     table = pd.DataFrame(rows, columns=list(COLUMNS))
-    typed: pd.DataFrame = table.astype({"only_a": "Int64", "only_b": "Int64"})
+    typed: pd.DataFrame = table.astype(
+        {"only_a": "Int64", "only_b": "Int64", "differing": "Int64"}
+    )
     return typed
 
 
-def _findings(pair: Pair, seed: int) -> list[_Finding]:
+def _findings(pair: Pair) -> list[_Finding]:
     solved_a, solved_b = _solved(pair.a), _solved(pair.b)
     both = solved_a & solved_b
-    measured = [_measured(name, pair, both, seed) for name in MEASURES]
+    measured = [_measured(name, pair, both) for name in MEASURES]
     return [_success(solved_a, solved_b), *measured]
 
 
@@ -139,7 +152,7 @@ def _success(a: Flags, b: Flags) -> _Finding:
     return _Finding(SUCCESS, len(a), (float(a.mean()), float(b.mean())), test, effect)
 
 
-def _measured(name: str, pair: Pair, both: Flags, seed: int) -> _Finding:
+def _measured(name: str, pair: Pair, both: Flags) -> _Finding:
     measure = MEASURES[name]
     a, b = (side.attempts[measure.column].to_numpy(dtype=float)[both] for side in (pair.a, pair.b))
     told = np.isfinite(a) & np.isfinite(b)  # a scene without obstacles has no margin
@@ -151,8 +164,11 @@ def _measured(name: str, pair: Pair, both: Flags, seed: int) -> _Finding:
     reason = measure.obstacle(pair.a, pair.b)
     if reason:
         return _Finding(name, len(a), medians, reason=reason)
-    effect = ratio_of_medians(a, b, seed=seed, confidence=CONFIDENCE)
-    return _Finding(name, len(a), medians, signed_rank(a, b), effect)
+    b = np.where(np.isclose(a, b, rtol=_ROUNDING, atol=0.0), a, b)
+    kind = measure.effect if min(a.min(), b.min()) > 0 else DIFFERENCE
+    effect = paired_effect(a, b, kind=kind, confidence=CONFIDENCE)
+    test = signed_rank(np.zeros(len(a)), np.log(b / a)) if kind == RATIO else signed_rank(a, b)
+    return _Finding(name, len(a), medians, test, effect)
 
 
 def _solved(side: Side) -> Flags:
@@ -183,6 +199,8 @@ def _numbers(finding: _Finding) -> dict[str, object]:
     }
     if isinstance(test, McNemar):
         numbers |= {"only_a": test.only_first, "only_b": test.only_second}
+    if isinstance(test, SignedRank):
+        numbers |= {"differing": test.differing}
     if effect is not None:
         estimate, low, high = effect.estimate, effect.low, effect.high
         numbers |= {"effect": effect.kind, "estimate": estimate, "low": low, "high": high}

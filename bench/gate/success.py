@@ -1,0 +1,153 @@
+"""Whether a planner solves fewer of the same problems than before, and how small a fall shows."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import binom
+
+from bench.gate.baseline import FAILED, MISSING, STRAIGHT, Row
+from bench.stats import changed_outcomes, paired_drop, success_drop
+
+Flags = NDArray[np.bool_]
+
+TESTS = {
+    "Fisher": "different problems, or a baseline that does not say which were solved: Fisher's "
+    "exact test",
+    "McNemar": "the same problems, paths drawn anew: McNemar's exact test",
+    "repeated": "the same problems, and all paths as they were, so that nothing is left to chance "
+    "but time",
+}
+"""How success was tested, and what that means."""
+
+FLIPS = 2.5e-4
+"""The share of outcomes that may change although the same paths come again: bad luck with time that
+the margin `_SLOWER` does not cover. Reruns of unchanged planners had none in some thousands."""
+
+_SLOWER = 10
+"""How many times slower than the baseline's a machine may be without a word: a problem that took
+more than this part of the time limit may be lost by a slower one alone."""
+
+_TELLING = 3
+"""So many paths with bends must be as they were before a run counts as repeated. That paths of
+other random numbers agree to four digits in length and margin is no chance of this world."""
+
+
+@dataclass(frozen=True)
+class SuccessTest:
+    """Success before and now, made comparable.
+
+    Attributes:
+        name: of `TESTS`.
+        before, now: (solved, problems).
+        lost, gained: how many of the shared problems only the baseline, or only the run, solved;
+            None if problems are not shared.
+        sure: how many the baseline solved so fast that only a change can lose them.
+        lost_sure: how many of `lost` are of these.
+    """
+
+    name: str
+    before: tuple[int, int]
+    now: tuple[int, int]
+    lost: int = 0
+    gained: int = 0
+    sure: int = 0
+    lost_sure: int = 0
+
+    @property
+    def p(self) -> float:
+        """Of so large a fall, or a larger one, if nothing changed for the worse."""
+        return self._p(self.now[0], self.lost, self.gained, self.lost_sure)
+
+    @property
+    def least_p(self) -> float:
+        """The least that any outcome of the run could have had."""
+        return self._p_after(self.before[0])
+
+    def noticed(self, threshold: float) -> int | None:
+        """How many solved problems must be lost for `p` to be at most a threshold, if none is
+        gained: None if all are not enough."""
+        enough = [k for k in range(1, self.before[0] + 1) if self._p_after(k) <= threshold]
+        return enough[0] if enough else None
+
+    def power(self, fall: float, threshold: float) -> float:
+        """The probability that `p` is at most a threshold if each problem that was solved is lost
+        with probability `fall`, and none is gained."""
+        needed = self.noticed(threshold)
+        return 0.0 if needed is None else float(binom.sf(needed - 1, self.before[0], fall))
+
+    def _p_after(self, lost: int) -> float:
+        problems = self.now[1]
+        left = round(self.before[0] * problems / self.before[1]) - lost
+        return self._p(max(left, 0), lost, 0, min(lost, self.sure))
+
+    def _p(self, solved: int, lost: int, gained: int, lost_sure: int) -> float:
+        if self.name == "Fisher":
+            return success_drop(self.before, (solved, self.now[1]))
+        drawn_anew = paired_drop(lost, gained)
+        if self.name == "McNemar":
+            return drawn_anew
+        repeated = changed_outcomes(lost_sure - gained, self.sure, FLIPS)
+        # The better of two tests, at twice its p.
+        return min(1.0, 2 * min(drawn_anew, repeated))
+
+
+def success_test(before: Row, now: Row) -> SuccessTest:
+    """The test that suits two rows of the same environment, planner and settings.
+
+    On the same problems (one seed, and a baseline that says which were solved) it is paired. If
+    the paths come out as they did, as those of repeatable planners do with the same seeds, only
+    time is left to chance: then a lost problem that was solved well within the time limit is all
+    but proof of a change (at most `FLIPS` of them are lost otherwise). Else paths are drawn anew,
+    and a problem is as likely to be lost as to be gained, whatever the problems are like:
+    McNemar's exact test, one-sided. Of different problems Fisher's holds.
+    """
+    if before.seed != now.seed or not before.outcomes or not now.outcomes:
+        counts = (before.solved, before.problems), (now.solved, now.problems)
+        return SuccessTest("Fisher", *counts)
+    size = min(len(before.outcomes), len(now.outcomes))
+    was, is_ = (np.array(list(row.outcomes[:size])) for row in (before, now))
+    shared = (was != MISSING) & (is_ != MISSING)
+    won, wins = shared & _solved(was), shared & _solved(is_)
+    sure = won & _within(before, size)
+    problems = int(shared.sum())
+    if problems == 0:
+        counts = (before.solved, before.problems), (now.solved, now.problems)
+        return SuccessTest("Fisher", *counts)
+    return SuccessTest(
+        "repeated" if _repeated(before, now, was, won & wins) else "McNemar",
+        (int(won.sum()), problems),
+        (int(wins.sum()), problems),
+        int((won & ~wins).sum()),
+        int((wins & ~won).sum()),
+        int(sure.sum()),
+        int((sure & ~wins).sum()),
+    )
+
+
+def _solved(outcomes: NDArray[np.str_]) -> Flags:
+    return (outcomes != FAILED) & (outcomes != MISSING)
+
+
+def _within(row: Row, size: int) -> Flags:
+    """Which problems were solved so fast that a slower machine would solve them, too."""
+    times = row.values.get("time")
+    limit = re.search(r"\btime_limit_s=([0-9.]+)", row.settings)
+    if times is None or limit is None:
+        return np.zeros(size, dtype=bool)
+    fast: Flags = times[:size] * _SLOWER <= float(limit[1])
+    return fast
+
+
+def _repeated(before: Row, now: Row, was: NDArray[np.str_], both: Flags) -> bool:
+    """Whether lengths and margins are as they were wherever both have them, and paths with bends,
+    whose lengths tell one seed from another, are among them."""
+    size = len(both)
+    names = [n for n in ("length", "margin") if n in before.values and n in now.values]
+    pairs = [(before.values[n][:size][both], now.values[n][:size][both]) for n in names]
+    same = all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+    telling = int((both & (was != STRAIGHT)).sum())
+    return "length" in names and same and telling >= _TELLING
