@@ -87,7 +87,7 @@ def _typed(text: str, hint: Any, what: str) -> Any:
     hint = _without_none(hint)
     try:
         if hint is bool:
-            return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
+            return _TRUTH[text.lower()]
         if hint is float:
             value = float(text)
             if value != value:
@@ -96,8 +96,15 @@ def _typed(text: str, hint: Any, what: str) -> Any:
         if hint is int:
             return int(text)
     except (ValueError, KeyError):
-        raise InputError(f"{what}={text}: {text!r} is not of type {hint.__name__}") from None
+        more = "; say true or false" if hint is bool else ""
+        raise InputError(f"{what}={text}: {text!r} is not of type {hint.__name__}{more}") from None
     return text
+
+
+_TRUTH = {
+    **dict.fromkeys(("true", "1", "on", "yes"), True),
+    **dict.fromkeys(("false", "0", "off", "no"), False),
+}
 
 
 def _without_none(hint: Any) -> Any:

@@ -51,6 +51,15 @@ def test_arguments_are_typed_by_the_constructor() -> None:
     assert made.values == ("f", 3, 0.01, True, "a.b/c")
 
 
+@pytest.mark.parametrize(
+    ("words", "value"),
+    [("true True TRUE 1 on On yes", True), ("false False 0 off OFF no", False)],
+)
+def test_flags_are_understood_in_the_words_that_people_use(words: str, value: bool) -> None:
+    made = [registry().make(f"thing:fast={word}").values[3] for word in words.split()]
+    assert made == [value] * len(made)
+
+
 def test_the_canonical_id_leaves_defaults_out_and_sorts() -> None:
     entry = registry().entry("th*:size=2,ratio=0.5,fast=1,name=x")
     assert entry.id == "thing:fast=True,size=2"
@@ -90,7 +99,7 @@ def test_canonical_ids_name_the_same_entry(size: int, ratio: float, fast: bool, 
         ("any2", "did you mean 'any'"),
         ("thing:size=3.5", "not of type int"),
         ("thing:ratio=nan", "not of type float"),
-        ("thing:fast=maybe", "not of type bool"),
+        ("thing:fast=maybe", "not of type bool; say true or false"),
         ("thing:size", "key=value"),
         ("thing:=3", "key=value"),
         ("thing:size=1,size=2", "given twice"),
