@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import atexit
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.collision.enclosure import Enclosure, filled, room
 from envs.collision.shapes import Mesh
 from envs.problem import Array
 
@@ -19,7 +20,7 @@ _COVERED = 0.75  # of a cell: nearer to the surface, the surface itself closes
 
 
 class MeshQueries:
-    """Distances to a mesh and its winding numbers, with the trees that make them fast."""
+    """Distances to a mesh and what it encloses, with the trees that make them fast."""
 
     def __init__(self, mesh: Mesh) -> None:
         self._mesh = mesh
@@ -27,8 +28,6 @@ class MeshQueries:
         self._arrays = np.array(mesh.vertices), np.array(mesh.faces)
         self._tree = igl.AABB()
         self._tree.init(*self._arrays)
-        self._winding = igl.FastWindingNumberBVH()
-        self._winding.init(*self._arrays)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return queries, (self._mesh,)
@@ -44,25 +43,28 @@ class MeshQueries:
         found: Array = self._tree.squared_distance(*self._arrays, np.ascontiguousarray(points))[2]
         return found
 
-    def is_inside(self, points: Array) -> NDArray[np.bool_]:
-        """Whether the surface encloses points (n, 3), (n,) of bool.
+    @cached_property
+    def filled(self) -> Enclosure:
+        """The mesh as a solid, see `enclosure.filled`."""
+        return filled(self._mesh)
 
-        The generalised winding number (Jacobson et al. 2013) is 1 inside a closed surface, -1 if
-        its faces are wound inward, 0 outside, and changes steadily through holes; more than half
-        counts as inside.
+    @cached_property
+    def room(self) -> Enclosure:
+        """The mesh as a room, see `enclosure.room`."""
+        return room(self._mesh)
+
+    def is_inside(self, points: Array) -> NDArray[np.bool_]:
+        """Whether points (n, 3) are within the solid that the mesh stands for, (n,) of bool.
+
+        The way its faces are wound, or how often they are written, does not matter; through holes
+        the generalised winding number changes steadily, and more than half counts as inside.
         """
         inside: NDArray[np.bool_] = self.encloses(points) > 0.5
         return inside
 
     def encloses(self, points: Array) -> Array:
-        """How far the surface encloses points (n, 3), (n,): see `is_inside`."""
-        size: Array = np.abs(self.winding_number(points))
-        return size
-
-    def winding_number(self, points: Array) -> Array:
-        """Generalised winding numbers (n,) of points (n, 3)."""
-        number: Array = self._winding.winding_number(np.ascontiguousarray(points))
-        return number
+        """How far the solid encloses points (n, 3), (n,): see `is_inside`."""
+        return self.filled.encloses(points)
 
 
 @lru_cache(maxsize=_KEPT)
@@ -72,20 +74,23 @@ def queries(mesh: Mesh) -> MeshQueries:
 
 
 @lru_cache(maxsize=_KEPT)
-def lids(mesh: Mesh) -> Mesh | None:
+def lids(mesh: Mesh, enclosure: Enclosure | None = None) -> Mesh | None:
     """Surfaces that close a mesh's holes, or None if it has none.
 
-    They are where the winding number is half of its greatest: the level set by marching cubes,
-    without its parts along the mesh's own surface. Holes narrower than a cell, a 128th of the
-    mesh's longest side, stay open.
+    They are where it encloses points by half (`enclosure`; None for the solid that it stands for):
+    the level set by marching cubes, without its parts along the mesh's own surface. Holes narrower
+    than a cell, a 128th of the mesh's longest side, stay open.
     """
+    enclosure = enclosure or queries(mesh).filled
+    if not enclosure.has_holes:
+        return None
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     cell = float((high - low).max()) / _CELLS
     counts = np.ceil((high - low) / cell).astype(int) + 5
     axes = [start + cell * np.arange(n) for start, n in zip(low - 2 * cell, counts, strict=True)]
     # First axis fastest, as marching cubes wants it.
     nodes = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
-    level = np.abs(queries(mesh).winding_number(nodes)) - 0.5
+    level = enclosure.encloses(nodes) - 0.5
     vertices, faces, _ = igl.marching_cubes(level, nodes, *map(int, counts), 0.0)
     if len(faces) == 0:
         return None

@@ -11,6 +11,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from envs.collision.shells import Shells, shells
 from envs.errors import InputError
 from envs.presence import is_there
 from envs.problem import Array
@@ -35,8 +36,11 @@ class FileMesh:
         vertices: (n, 3), no two alike.
         faces: (m, 3), indices of vertices, none degenerate.
         dropped: degenerate faces that the file had besides.
-        closed: whether it is watertight, its faces wound alike.
-        outward: whether its faces are wound outward; means nothing unless closed.
+        closed: whether each of its faces has something enclosed on one side.
+        outward: whether its largest part is wound outward, or as often inward as outward; means
+            nothing unless closed.
+        holes: why it is not closed, in words; "" if it is.
+        notes: what else whoever uses it should know, in words.
     """
 
     vertices: Array
@@ -44,6 +48,8 @@ class FileMesh:
     dropped: int
     closed: bool
     outward: bool
+    holes: str = ""
+    notes: tuple[str, ...] = ()
 
 
 def read_mesh(file: str | Path) -> FileMesh:
@@ -110,13 +116,24 @@ def _cleaned(mesh: trimesh.Trimesh, file: str | Path) -> FileMesh:
     if not mesh.is_winding_consistent:
         faces = _wound_alike(np.array(mesh.faces, dtype=np.int64), mesh.area_faces)
         mesh = trimesh.Trimesh(mesh.vertices, faces, process=False)
+    vertices = np.asarray(mesh.vertices, dtype=np.float64)
+    faces = np.asarray(mesh.faces, dtype=np.int64)
+    found = shells(vertices, faces)
     return FileMesh(
-        np.asarray(mesh.vertices, dtype=np.float64),
-        np.asarray(mesh.faces, dtype=np.int64),
+        vertices,
+        faces,
         before - len(mesh.faces),
-        closed=bool(mesh.is_watertight and mesh.is_winding_consistent),
-        outward=bool(np.linalg.det(mesh.triangles).sum() > 0),  # six times the volume
+        closed=found.closed,
+        outward=found.largest_is_outward(vertices),
+        holes="" if found.closed else _holes(found, vertices),
     )
+
+
+def _holes(found: Shells, vertices: Array) -> str:
+    if len(found.open_edges) == 0:
+        return "it has one side only"
+    x, y, z = vertices[found.open_edges[0]].mean(axis=0)
+    return f"{len(found.open_edges)} edges have one face, as at {x:.5g} {y:.5g} {z:.5g}"
 
 
 def _wound_alike(faces: NDArray[np.int64], area: Array) -> NDArray[np.int64]:

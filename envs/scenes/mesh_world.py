@@ -10,6 +10,7 @@ import numpy as np
 
 from envs.collision.distance_grid import ClearanceGrid, grid_axes
 from envs.collision.distance_transform import distance_transform
+from envs.collision.enclosure import NOTHING, Enclosure
 from envs.collision.fcl_model import Allowed
 from envs.collision.mesh import lids, queries
 from envs.collision.shapes import Mesh
@@ -76,12 +77,14 @@ class MeshWorld(PointWorld):
 
     The mesh is centred and scaled into the cube, see `transform`. `kind` says what it means:
 
-    - "solid": the robot may not be within. Holes are closed, see `lids`.
-    - "interior": the robot is within, and outside is out of bounds. Holes are closed.
+    - "solid": the robot may not be within, which includes cavities. Holes are closed, see `lids`.
+    - "interior": the robot is within the largest part, and outside is out of bounds; other parts
+      there are solid. Holes are closed.
     - "shell": a surface of no thickness, with free space on both sides, as in the paper.
 
-    The default is "solid" for a watertight mesh wound outward, "interior" for one wound inward,
-    and "shell" for one that is not watertight.
+    What is within does not depend on the winding of faces, see `enclosure`. The default kind does:
+    "solid" for a watertight mesh, "interior" if its largest part is wound inward, and "shell" for
+    one that is not watertight.
 
     Args:
         file: OBJ, PLY, OFF, STL or GLB.
@@ -126,21 +129,35 @@ class MeshWorld(PointWorld):
         super().__init__(radius, KINDS[self.kind].speed)
         self._mesh = Mesh(self.transform.to_world(read.vertices), read.faces)
         self._queries = queries(self._mesh)
+        if not self._enclosure.known:
+            raise InputError(
+                f"{name} has holes, and its faces are written for both sides: nothing tells which "
+                "side is inside; close the holes, or write each face once, or take kind=shell"
+            )
         self._close(read)
+
+    @property
+    def _enclosure(self) -> Enclosure:
+        if self.kind == "shell":
+            return NOTHING
+        return self._queries.room if self.enclosed else self._queries.filled
 
     def _close(self, read: FileMesh) -> None:
         """Closes holes where there is an inside, and says what the world is like."""
-        lid = None
-        if self.kind != "shell" and not read.closed:
-            lid = lids(self._mesh)
+        lid = lids(self._mesh, self._enclosure)
         self.obstacles = [self._mesh] if lid is None else [self._mesh, lid]
         self._whole = self._mesh if lid is None else self._mesh.joined(lid)
         self._distance = self._queries if lid is None else queries(self._whole)
         said = [f"{self._name}: {self.kind}, {len(read.faces)} faces"]
+        if self.kind == "shell" and read.holes:
+            said.append(f"free on both sides, also within, as it is not closed ({read.holes})")
         if read.dropped:
             said.append(f"{read.dropped} degenerate ones dropped")
         if lid is not None:
             said.append(f"holes closed with {len(lid.faces)} more")
+        if self._enclosure.solids:
+            said.append(f"parts of it that are solid: {self._enclosure.solids}")
+        said += read.notes
         said.append(f"1 mesh unit is {self.transform.scale:.4g} world units")
         tell_once(", ".join(said))
 
@@ -154,9 +171,10 @@ class MeshWorld(PointWorld):
         """
         if self.kind == "shell":
             return None
+        encloses = self._enclosure.encloses
         if self.kind == "interior":
-            return lambda q: self._queries.encloses(q) > 0.5 - _BESIDE_HOLES
-        return lambda q: self._queries.encloses(q) < 0.5 + _BESIDE_HOLES
+            return lambda q: encloses(q) > 0.5 - _BESIDE_HOLES
+        return lambda q: encloses(q) < 0.5 + _BESIDE_HOLES
 
     def rough_clearance(self, q: Array) -> Array:
         """Off by at most `ROUGH` d_max, but for one in a thousand, see `distance_transform`."""
@@ -172,9 +190,7 @@ class MeshWorld(PointWorld):
 
     def _is_out(self, points: Array) -> Any:
         """Whether points (n, 3) are where the robot may not be, (n,) of bool."""
-        if self.kind == "shell":
-            return np.zeros(len(points), dtype=np.bool_)
-        return self._queries.is_inside(points) != (self.kind == "interior")
+        return (self._enclosure.encloses(points) > 0.5) != self.enclosed
 
     @property
     def enclosed(self) -> bool:

@@ -145,7 +145,9 @@ def _mesh(entry: dict[Any, Any], folder: Path) -> Mesh:
     scale = _size(entry.get("scale", 1), "scale")
     read = read_mesh(within(name, folder))
     if not read.closed:
-        raise InputError(f"{folder / name} is not watertight, so it has no inside; close its holes")
+        raise InputError(
+            f"{folder / name} is not watertight ({read.holes}), so it has no inside; close its holes"
+        )
     return Mesh(read.vertices * scale, read.faces)
 
 

@@ -1,0 +1,246 @@
+"""Which points a surface encloses, whichever way and however often its faces are written.
+
+Generalised winding numbers (Jacobson et al. 2013) are 1 inside a closed surface wound outward, -1 in
+one wound inward, 0 outside, and change steadily through holes. Those of several parts add up, so a sum
+says what is inside only if the parts are wound as they are meant. Here each closed part, found by
+`shells`, is wound as its meaning wants it; what is not closed counts as it is written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+
+from envs.collision.shapes import Mesh
+from envs.collision.shells import Bools, Ints, areas, shells
+from envs.problem import Array
+
+_FEW = 0.1  # of an open surface's area: faces written both ways that may count as holes
+_FLAT = 1e-3  # of volume by area to the power of 1.5, which is 0.09 for a ball
+_BENEATH = 0.01  # of a part's volume by its area, which is half of a plate's thickness
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosure:
+    """What a surface encloses.
+
+    Attributes:
+        encloses: points (n, 3) to how far they are enclosed, (n,); more than half is within.
+        has_holes: whether some of the surface is not closed, so that this changes steadily there.
+        known: False where a surface with holes is of several pieces that are written both ways, so
+            that nothing tells what they enclose together.
+        solids: parts that count as solid in a room.
+    """
+
+    encloses: Callable[[Array], Array]
+    has_holes: bool
+    known: bool
+    solids: int = 0
+
+
+NOTHING = Enclosure(lambda points: np.zeros(len(points)), has_holes=False, known=True)
+"""That of a surface with free space on both sides."""
+
+
+def filled(mesh: Mesh) -> Enclosure:
+    """The union of what closed parts of a surface surround, cavities and parts within parts
+    included, and of what its open parts enclose together."""
+    surface = _Surface(mesh)
+    terms = [surface.winding(turn) for turn in (surface.closed, surface.open) if turn.any()]
+
+    def encloses(points: Array) -> Array:
+        most = np.zeros(len(points))
+        for term in terms:
+            most = np.maximum(most, np.abs(term(points)))
+        return most
+
+    return Enclosure(encloses, surface.has_holes, surface.known)
+
+
+def room(mesh: Mesh) -> Enclosure:
+    """What the largest part of a surface surrounds, without the solids that stand in it.
+
+    Parts within the room, overlapping it or sharing faces with it are solid throughout; closed ones
+    apart from it are rooms as well.
+    """
+    surface = _Surface(mesh)
+    cells = _Cells(surface)
+    if abs(surface.spanned()) > cells.largest:
+        return _open_room(surface)
+    is_solid = cells.are_solid()
+    inside = surface.winding(*cells.turns(np.where(is_solid, -1, 1)))
+    blocking = np.where(surface.is_flat, 0, surface.open)
+    blocked = surface.winding(blocking) if blocking.any() else None
+
+    def encloses(points: Array) -> Array:
+        how_far: Array = np.maximum(inside(points), 0)
+        return how_far if blocked is None else np.minimum(how_far, 1 - np.abs(blocked(points)))
+
+    return Enclosure(encloses, surface.has_holes, surface.known, int(is_solid.sum()))
+
+
+def _open_room(surface: _Surface) -> Enclosure:
+    """A room with holes, such as a scan: all of its surface counts together, closed parts in the
+    room wound against it."""
+    found, closed = surface.found, np.flatnonzero(surface.closed)
+    sign = np.sign(surface.spanned())
+    stands = np.zeros(found.part.max() + 1, dtype=np.bool_)
+    if len(closed):
+        corners = surface.mesh.vertices[found.faces[closed]]
+        within = sign * surface.winding(surface.open)(corners.mean(axis=1)) > 0.5
+        stands[found.part[closed[within]]] = True
+    winding = surface.winding(
+        surface.open + surface.closed * np.where(stands[found.part], -sign, sign).astype(int)
+    )
+
+    def encloses(points: Array) -> Array:
+        number = winding(points)
+        # Below nothing it is within two solids, or within one that reaches out of the room.
+        how_far: Array = np.where(sign * number < -0.5, 0, np.abs(number))
+        return how_far
+
+    return Enclosure(encloses, surface.has_holes, surface.known, int(stands.sum()))
+
+
+class _Surface:
+    """The closed and the open faces of a mesh.
+
+    Which of its distinct faces count, and which way, is told by `turns` (m,): 1 for as it was first
+    written, -1 for turned round, 0 for left out.
+
+    Attributes:
+        found: its distinct faces, and the shells of their sides.
+        closed: turns of the outer boundaries of closed parts, outward.
+        open: turns of the faces that have the outside on both sides, and `has_holes` if any.
+        is_flat: (m,) of bool, faces in open pieces that span no volume.
+        known: see `Enclosure`.
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh = mesh
+        self.found = shells(mesh.vertices, mesh.faces)
+        outside = self.found.surround()
+        front, back = outside[self.found.front], outside[self.found.back]
+        self.closed: Ints = front.astype(np.int64) - back
+        loose = front & back
+        self.has_holes = bool(loose.any())
+        self.open: Ints = np.where(loose, np.sign(self.found.votes), 0)
+        self.is_flat: Bools = np.zeros(len(loose), dtype=np.bool_)
+        self.known = True
+        if self.has_holes:
+            self._wind(np.flatnonzero(loose))
+
+    def _wind(self, loose: Ints) -> None:
+        """Turns of the open faces: as they are written or, if many are written both ways, as most
+        of the piece that they belong to."""
+        faces, votes = self.found.faces[loose], self.found.votes[loose]
+        corners = self.mesh.vertices[faces]
+        turned, piece = igl.bfs_orient(faces)
+        alike = np.where((turned == faces).all(axis=1), 1, -1)
+        area = areas(corners)
+        whole = np.bincount(piece, area)
+        flat = np.abs(np.bincount(piece, alike * _cones(corners, piece))) < _FLAT * whole**1.5
+        self.is_flat[loose] = flat[piece]
+        if area[votes == 0].sum() > _FEW * area.sum():
+            balance = np.bincount(piece, area * votes * alike)
+            self.open[loose] = alike * np.where(balance < 0, -1, 1)[piece]
+            told = np.abs(balance) > _FEW * whole
+            self.known = bool((told | flat).all() or (~flat).sum() == 1)
+
+    def spanned(self) -> float:
+        """The volume between the open faces and their middle, negative if they are wound inward."""
+        loose = np.flatnonzero(self.open)
+        corners = self.mesh.vertices[self.found.faces[loose]]
+        return float((self.open[loose] * _cones(corners, np.zeros(len(loose), dtype=int))).sum())
+
+    def winding(self, *turns: Ints) -> Callable[[Array], Array]:
+        """Generalised winding numbers (n,) of points (n, 3) by faces with the sum of turns."""
+        faces = self.found.faces
+        vertices, total = np.array(self.mesh.vertices), np.sum(turns, axis=0)
+        sign = 1.0
+        if (total == self.found.votes).all() or (total == -self.found.votes).all():
+            # As it is written, if maybe inside out: no need for another surface.
+            sign = 1.0 if (total == self.found.votes).all() else -1.0
+            soup = np.array(self.mesh.faces)
+        else:
+            soup = np.concatenate(
+                [np.where(t[:, None] < 0, faces[:, ::-1], faces)[t != 0] for t in turns]
+            )
+        tree = igl.FastWindingNumberBVH()
+        tree.init(vertices, soup)
+        return lambda points: sign * tree.winding_number(np.ascontiguousarray(points))
+
+
+class _Cells:
+    """The cells that a surface divides bounded space into, the largest first.
+
+    Attributes:
+        largest: its volume, 0 if there is none.
+    """
+
+    def __init__(self, surface: _Surface) -> None:
+        self._surface, found = surface, surface.found
+        bounded = np.flatnonzero(found.volume > 0)
+        bounded = bounded[np.argsort(-found.volume[bounded], kind="stable")]
+        self._volume = found.volume[bounded]
+        self.largest = float(self._volume.max(initial=0))
+        cell = np.full(len(found.volume), -1)
+        cell[bounded] = np.arange(len(bounded))
+        front, back = cell[found.front], cell[found.back]
+        between = found.front != found.back
+        self._front, self._back = np.where(between, front, -1), np.where(between, back, -1)
+
+    def turns(self, of_cell: Ints) -> tuple[Ints, Ints]:
+        """Turns (m,) of faces, by their fronts and by their backs, for cells (c,) that are taken
+        outward (1), inward (-1) or not at all (0)."""
+        of = np.append(of_cell, 0)  # the last for what is no cell's
+        return -of[self._front], of[self._back]
+
+    def are_solid(self) -> Bools:
+        """Whether cells (c,) are solids in a room that larger ones are."""
+        part = np.zeros(len(self._volume), dtype=np.int64)
+        for cells in (self._front, self._back):
+            part[cells[cells >= 0]] = self._surface.found.part[cells >= 0]
+        points, of_cell = self._beneath()
+        solid = np.zeros(len(part), dtype=np.bool_)
+        left = np.ones(len(part), dtype=np.bool_)
+        while left.any():
+            room = int(left.argmax())
+            left[room] = False
+            one = np.zeros(len(part), dtype=np.int64)
+            one[room] = 1
+            asked = left[of_cell]
+            within = np.abs(self._surface.winding(*self.turns(one))(points[asked])) > 0.5
+            found = left & (part == part[room])
+            found[of_cell[asked][within]] = True
+            solid |= found
+            left &= ~found
+        return solid
+
+    def _beneath(self) -> tuple[Array, Ints]:
+        """A point (n, 3) within a cell beneath each of its faces, and the cells (n,)."""
+        corners = self._surface.mesh.vertices[self._surface.found.faces]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        size = np.linalg.norm(normal, axis=1)
+        normal /= np.where(size > 0, size, 1)[:, None]
+        points, cells = [], []
+        for cell, sign in ((self._front, 1.0), (self._back, -1.0)):
+            at = np.flatnonzero(cell >= 0)
+            area = np.bincount(cell[at], size[at] / 2, len(self._volume))
+            depth = _BENEATH * self._volume / np.where(area > 0, area, 1)
+            points.append(corners[at].mean(axis=1) + sign * depth[cell[at], None] * normal[at])
+            cells.append(cell[at])
+        return np.concatenate(points), np.concatenate(cells)
+
+
+def _cones(corners: Array, piece: Ints) -> Array:
+    """Signed volumes (m,) between triangles (m, 3, 3) and the middles of the pieces (m,) that they
+    belong to."""
+    middles = corners.mean(axis=1)
+    count = np.maximum(np.bincount(piece), 1)
+    middle = np.stack([np.bincount(piece, column) / count for column in middles.T], axis=1)
+    volumes: Array = np.linalg.det(corners - middle[piece, None]) / 6
+    return volumes
