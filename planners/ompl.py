@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from time import perf_counter
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from envs import Environment, InputError, Problem
-from envs.collision.fcl_model import PLANNING_TOLERANCE, CollisionModel
+from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.collision.shapes import Mesh
 from envs.problem import Array
 from envs.seeding import training_seed
 from planners import ompl_import
 from planners.base import Budget, Planner, PlannerResult, Status
 from planners.ompl_parameters import set_parameters
+from planners.ompl_progress import Progress
+from planners.ompl_space import box_space, path_length, space_information, state_of, values
+from planners.ompl_validity import Validity
 
 _ROADMAPS = ("PRMstar", "LazyPRMstar")
 
@@ -40,14 +41,6 @@ _LEAD_SHARE_OTHERS = 0.02
 """How long before the deadline OMPL is told to stop, in seconds and as a share of the time given.
 It ends its current iteration after that, and these planners' iterations grow long: with 5 s, 0.1 s
 were seen in LazyPRM*, 0.3 s in AIT* and 1 s in BIT*."""
-
-_SAMPLES_EDGES = ("EITstar",)
-"""Planners that never ask the motion validator and test states along an edge instead, with gaps
-of up to two lengths of a valid segment, since they skip those of an earlier, sparser pass."""
-_SEGMENT_SHARE = 0.002
-_MOST_MARGIN = 0.05
-"""The length of a valid segment for them, as a share of the extent of the space; shorter where the
-margin would be more than this share of the distance at which the speed begins to fall."""
 
 
 class OmplPlanner(Planner):
@@ -92,36 +85,18 @@ class OmplPlanner(Planner):
         self._kept: Any = None
         self._roadmap: Any = None
         if parameters:
-            base, _, _ = _ompl()
-            self._make(base.SpaceInformation(base.RealVectorStateSpace(2)))
+            self._make(space_information(box_space(np.zeros(2), np.ones(2))))
 
     def setup(self, env: Environment, *, seed: int) -> None:
-        base, _, util = _ompl()
-        space = base.RealVectorStateSpace(env.dimension)
-        bounds = base.RealVectorBounds(env.dimension)
-        lower, upper = env.free_bounds  # samples elsewhere would be in vain
-        for axis in range(env.dimension):
-            bounds.setLow(axis, float(lower[axis]))
-            bounds.setHigh(axis, float(upper[axis]))
-        space.setBounds(bounds)
-        self._space = space
+        _, _, util = ompl_import.load()
+        self._space = box_space(*env.free_bounds)  # samples elsewhere would be in vain
         self._model = env.collision_model(PLANNING_TOLERANCE)
-        self._si = base.SpaceInformation(space)
-        self._progress = _Progress()
-        self._margin = 0.0
-        if self._algorithm in _SAMPLES_EDGES:
-            extent, rate = space.getMaximumExtent(), env.robot.rate_bound
-            gap = min(_SEGMENT_SHARE * extent, _MOST_MARGIN * env.speed_model.d_max / rate)
-            self._si.setStateValidityCheckingResolution(gap / extent)
-            self._margin = gap * rate + self._model.tolerance
-        # Kept on self: OMPL holds the callables without owning them.
-        self._state_check = base.StateValidityCheckerFn(self._is_valid)
-        self._motion_check = _motion_validator(self._si, self._model, self._progress)
-        self._si.setStateValidityChecker(self._state_check)
-        self._si.setMotionValidator(self._motion_check)
+        self._si = space_information(self._space)
+        self._progress = Progress()
+        self._validity = Validity(self._si, env, self._model, self._algorithm, self._progress)
         self._si.setup()
         # One for all problems: a planner that is kept looks only at the first it was given.
-        self._objective = base.PathLengthOptimizationObjective(self._si)
+        self._objective = path_length(self._si)
         seconds = self._roadmap_seconds(env)
         if seconds:
             util.RNG.setSeed(seed)
@@ -142,13 +117,11 @@ class OmplPlanner(Planner):
     def _checked(self, planner: Any, end: float) -> Any:
         """A planner's roadmap without the edges that are found to be blocked until `end`, on
         `time.perf_counter`."""
-        base, _, util = _ompl()
+        base, _, util = ompl_import.load()
         data = base.PlannerData(self._si)
         planner.getPlannerData(data)
         data.decoupleFromPlanner()
-        states = [
-            _values(data.getVertex(i).getState(), self._space) for i in range(data.numVertices())
-        ]
+        states = [self._values(data.getVertex(i).getState()) for i in range(data.numVertices())]
         for i, state in enumerate(states):
             neighbours = util.vectorUint()
             data.getEdges(i, neighbours)
@@ -168,7 +141,7 @@ class OmplPlanner(Planner):
         return _PAPERS_ROADMAP_S if self._algorithm == "LazyPRMstar" and among_meshes else 0.0
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
-        _, geometric, util = _ompl()
+        _, geometric, util = ompl_import.load()
         checks = self._model.checks
         if self._roadmap is not None:
             util.RNG.setSeed(problem.seed)
@@ -190,7 +163,7 @@ class OmplPlanner(Planner):
         }
         if path is None:
             return PlannerResult(status, None, stats)
-        waypoints = np.array([_values(state, self._space) for state in path.getStates()])
+        waypoints = np.array([self._values(state) for state in path.getStates()])
         exact = definition.hasExactSolution()
         status = Status.EXACT_SOLUTION if exact else Status.APPROXIMATE_SOLUTION
         return PlannerResult(status, waypoints, stats)
@@ -205,10 +178,10 @@ class OmplPlanner(Planner):
     ) -> tuple[Any, Status]:
         """Plans for at most `seconds`; the problem definition with its solutions, and the status
         that holds if there are none."""
-        base, _, _ = _ompl()
+        base, _, _ = ompl_import.load()
         definition = base.ProblemDefinition(self._si)
         definition.setStartAndGoalStates(
-            _state(problem.start, self._space), _state(problem.goal, self._space)
+            state_of(problem.start, self._space), state_of(problem.goal, self._space)
         )
         self._objective.setCostThreshold(base.Cost(stop_cost))
         definition.setOptimizationObjective(self._objective)
@@ -221,102 +194,19 @@ class OmplPlanner(Planner):
         self._progress.end()
         return definition, _STATUS.get(answer.getStatus().name, Status.TIMEOUT)
 
-    def _is_valid(self, state: Any) -> bool:
-        self._progress.tick()
-        q = _values(state, self._space)
-        if self._margin:
-            return self._model.clearance(q) > self._margin
-        return self._model.is_valid(q)
+    def _values(self, state: Any) -> Array:
+        return values(state, self._space.getDimension())
 
     def _make(self, si: Any) -> Any:
         """A new planner with our parameters."""
-        _, geometric, _ = _ompl()
+        _, geometric, _ = ompl_import.load()
         return self._with_parameters(getattr(geometric, self._algorithm)(si))
 
     def _with_parameters(self, planner: Any) -> Any:
-        _, _, util = _ompl()
+        _, _, util = ompl_import.load()
         own = ["simplify", *(["roadmap_s"] if self._algorithm in _ROADMAPS else [])]
         set_parameters(planner, self._algorithm, self._parameters, own, util.vectorString())
         return planner
-
-
-class _Progress:
-    """Best path length over time, read from the planner whenever it checks a state or a motion.
-
-    Read in the planner's own thread: PRM* evaluates its termination condition in a second one,
-    from which no Python may be called.
-    """
-
-    _INTERVAL_S = 0.01
-
-    def __init__(self) -> None:
-        self.history: list[list[float]] = []
-        self._cost: Any = None
-        self._next = math.inf
-
-    def begin(self, planner: Any) -> None:
-        """Starts a new history of [seconds, path length] for `planner`."""
-        properties = planner.getPlannerProgressProperties()
-        # Not a mapping to Python: iterating it gives entries, not names.
-        names = list(properties.keys())
-        best = next((name for name in names if name.startswith("best cost")), None)
-        self._cost = properties[best] if best else None
-        self.history = []
-        self._begin = perf_counter()
-        self._next = self._begin if best else math.inf
-
-    def tick(self) -> None:
-        """Notes an improvement, at most every hundredth of a second."""
-        if perf_counter() >= self._next:
-            self._note()
-
-    def end(self) -> None:
-        """Notes the last improvement and lets go of the planner."""
-        if self._cost is not None:
-            self._note()
-        self._cost, self._next = None, math.inf
-
-    def _note(self) -> None:
-        now = perf_counter()
-        self._next = now + self._INTERVAL_S
-        cost = float(self._cost())
-        if math.isfinite(cost) and (not self.history or cost < self.history[-1][1]):
-            self.history.append([now - self._begin, cost])
-
-
-@cache
-def _ompl() -> tuple[ModuleType, ModuleType, ModuleType]:
-    return ompl_import.load()
-
-
-def _motion_validator(si: Any, model: CollisionModel, progress: _Progress) -> Any:
-    """A MotionValidator that accepts what the model's certified segment check proves free."""
-    base, _, _ = _ompl()
-    space = si.getStateSpace()
-
-    class CertifiedMotionValidator(base.MotionValidator):  # type: ignore[misc, name-defined]
-        def checkMotion(self, a: Any, b: Any, last_valid: Any = None) -> bool:  # noqa: N802
-            progress.tick()
-            start, end = _values(a, space), _values(b, space)
-            if model.segment_is_free(start, end):
-                return True
-            if last_valid is not None:  # the part before it that is surely free: none of it
-                last_valid.second = 0.0
-            return False
-
-    return CertifiedMotionValidator(si)
-
-
-def _values(state: Any, space: Any) -> Array:
-    return np.array([state[axis] for axis in range(space.getDimension())])
-
-
-def _state(q: Array, space: Any) -> Any:
-    base, _, _ = _ompl()
-    state = base.State(space)
-    for axis, value in enumerate(q):
-        state()[axis] = float(value)
-    return state
 
 
 _STATUS = {

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import ctypes
 import importlib.util
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 
+@cache
 def load() -> tuple[ModuleType, ModuleType, ModuleType]:
     """The modules `ompl.base`, `ompl.geometric` and `ompl.util`, their console output off.
 
