@@ -56,7 +56,10 @@ def sliding(axis: str, upper: float = 1.0) -> Joint:
 
 def arm_of(joints: list[Joint], *parts: Part, self_collision: bool = False) -> Arm:
     """An arm whose links are its bodies."""
-    links = tuple(Link(f"l{body}", body, np.eye(4)) for body in range(len(joints) + 1))
+    links = tuple(
+        Link(f"l{body}", body, np.eye(4), f"l{body - 1}" if body else "")
+        for body in range(len(joints) + 1)
+    )
     return Arm(Chain(tuple(joints), links), parts, self_collision)
 
 

@@ -31,7 +31,7 @@ class Containment:
 
     def __init__(self, robot: Robot, obstacles: Sequence[Obstacle]) -> None:
         self._robot = robot
-        self._points = [_points_of(shape) for shape in robot.shapes]
+        self._points = [piece_points(shape) for shape in robot.shapes]
         self._link_meshes = [
             (number, shape) for number, shape in enumerate(robot.shapes) if isinstance(shape, Mesh)
         ]
@@ -40,7 +40,7 @@ class Containment:
         self._obstacle_points = np.concatenate(
             [
                 np.zeros((0, 3)),
-                *(_points_of(o.solid) @ o.pose[:3, :3].T + o.pose[:3, 3] for o in placed),
+                *(piece_points(o.solid) @ o.pose[:3, :3].T + o.pose[:3, 3] for o in placed),
             ]
         )
         self.possible = bool(self._meshes or self._link_meshes)
@@ -72,7 +72,7 @@ def _is_inside(mesh: Mesh, turn: Array, shift: Array, points: Array) -> bool:
     return bool(queries(mesh).is_inside((points - shift) @ turn).any())
 
 
-def _points_of(solid: Solid) -> Array:
+def piece_points(solid: Solid) -> Array:
     """A point (n, 3) of each connected piece of a solid, in its frame."""
     if isinstance(solid, Mesh):
         whole = trimesh.Trimesh(solid.vertices, solid.faces, process=False)

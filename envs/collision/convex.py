@@ -16,7 +16,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from envs.collision.primitives import BOX, CYLINDER, solid_row
+from envs.collision.primitives import BOX, CYLINDER, TRIANGLE, solid_row
 
 __all__ = ["distance", "least_distance", "moved", "put", "solid_row"]
 
@@ -115,11 +115,14 @@ def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
 def _support(row: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
     """From a solid's centre, its point furthest along a direction; of a sphere, the centre."""
     kind = row[16]
-    if kind != BOX and kind != CYLINDER:
+    if kind != BOX and kind != CYLINDER and kind != TRIANGLE:
         return 0.0, 0.0, 0.0
     p = row[0] * x + row[1] * y + row[2] * z
     q = row[3] * x + row[4] * y + row[5] * z
     r = row[6] * x + row[7] * y + row[8] * z
+    if kind == TRIANGLE:
+        corner = 0 if p >= q and p >= r else 3 if q >= r else 6
+        return row[corner], row[corner + 1], row[corner + 2]
     if kind == BOX:
         p, q = math.copysign(row[12], p), math.copysign(row[13], q)
         r = math.copysign(row[14], r)

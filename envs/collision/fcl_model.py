@@ -2,8 +2,9 @@
 
 FCL's search for the distance between two solids that are no spheres ends too early at times: of
 random poses of a cylinder and a box one in some thousands is found too far apart, by up to
-decimetres. So such distances are our own (`convex`), which are never above the truth, and close
-to contact FCL is asked as well whether anything touches.
+decimetres, and of a mesh and a cylinder by up to centimetres. So distances are our own
+(`separation`), which are never above the truth, but for those of balls from boxes along the axes,
+which FCL has in closed form. Whether anything touches FCL is asked as well.
 """
 
 from __future__ import annotations
@@ -17,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous
-from envs.collision.convex import distance as convex_distance
-from envs.collision.convex import least_distance, put, solid_row
+from envs.collision.separation import least_separation, separation_between, shapes_of
 from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, Placed, Solid
 from envs.problem import Array
 from envs.robots.base import Robot
@@ -33,6 +33,9 @@ Allowed = Callable[[Array], NDArray[np.bool_]]
 
 _NEAR = 5e-3
 """Distances of our own up to this, in workspace units, count only if FCL finds no contact."""
+
+_TOUCH = 1e-6
+"""Workspace units beyond which it does not matter, to contact, how far things are apart."""
 
 LowerBounds = Callable[[Array], Array]
 
@@ -80,14 +83,14 @@ class CollisionModel:
         self._allowed = allowed
         self._obstacles = [_placed(obstacle) for obstacle in obstacles]
         self._manager = _manager(self._obstacles)
-        rows = [_row(obstacle) for obstacle in obstacles]
-        self._rows = np.array([row for row in rows if row is not None]).reshape(-1, 17)
-        left = [o for o, row in zip(self._obstacles, rows, strict=True) if row is None]
-        self._left = _manager(left) if left else None
-        self._solids = [_row(Placed(shape, np.eye(4))) for shape in robot.shapes]
-        everything = [*robot.shapes, *(getattr(o, "solid", o) for o in obstacles)]
-        self._has_meshes = any(isinstance(one, Mesh) for one in everything)
-        self._collision, self._distance = fcl.CollisionRequest(), fcl.DistanceRequest()
+        boxes = [f for o, f in zip(obstacles, self._obstacles, strict=True) if isinstance(o, Box)]
+        self._boxes = _manager(boxes) if boxes else None
+        around = [o for o in obstacles if not isinstance(o, Box)]
+        self._around = shapes_of(
+            [o if isinstance(o, Placed) else Placed(o, np.eye(4)) for o in around]
+        )
+        self._shapes = shapes_of([Placed(shape, np.eye(4)) for shape in robot.shapes])
+        self._collision = fcl.CollisionRequest()
         self._others: list[list[int]] = [[] for _ in range(robot.moving)]
         for a, b in robot.pairs:  # each pair is asked of one of the two, which moves
             self._others[a].append(b)
@@ -101,7 +104,10 @@ class CollisionModel:
         if near:
             self._place(q)
         touches = any(
-            self._touches(self._manager, body) or self._touches_itself(body) for body in near
+            self._touches(self._manager, body)
+            or self._touches_itself(body)
+            or self._own_distance(body, _TOUCH) <= 0
+            for body in near
         )
         return not touches and self._on_the_right_side(q)
 
@@ -152,50 +158,34 @@ class CollisionModel:
 
     def _distance_of(self, body: int, most: float) -> float:
         """The distance of a shape from all that it must not touch, or something above `most`."""
-        row = self._row_of(body) if len(self._rows) else None
-        least = np.inf
-        if row is not None:
-            least = least_distance(row, self._rows, most)
-        manager = self._manager if row is None else self._left
-        if manager is not None:
-            least = min(least, self._distance_by_fcl(manager, body))
-        for other in self._others[body]:
-            least = min(least, self._distance_between(body, other, min(least, most)))
+        least = most
+        if self._boxes is not None:
+            data = fcl.DistanceData()
+            self._boxes.distance(self._body(body), data, fcl.defaultDistanceCallback)
+            least = min(least, data.result.min_distance)
+        least = min(least, self._own_distance(body, least))
         if 0 < least <= _NEAR and (
             self._touches(self._manager, body) or self._touches_itself(body)
         ):
             return 0.0
         return least
 
-    def _distance_by_fcl(self, manager: Any, body: int) -> float:
-        # Where a sphere touches a triangle FCL leaves the distance unset.
-        if self._has_meshes and self._touches(manager, body):
-            return -1.0
-        data = fcl.DistanceData()
-        manager.distance(self._body(body), data, fcl.defaultDistanceCallback)
-        distance: float = data.result.min_distance
-        return distance
+    def _own_distance(self, body: int, most: float) -> float:
+        """The same, without boxes along the axes: see `separation`."""
+        least = most
+        if len(self._around.rows):
+            turn, shift = self._poses[body]
+            turn = _UNTURNED if turn is None else turn
+            found = least_separation(self._shapes, body, turn, shift, self._around, least)
+            least = min(least, found)
+        for other in self._others[body]:
+            poses = self._pose(body), self._pose(other)
+            least = min(least, separation_between(self._shapes, body, other, *poses, least))
+        return least
 
-    def _distance_between(self, one: int, other: int, most: float) -> float:
-        rows = self._row_of(one), self._row_of(other)
-        if rows[0] is not None and rows[1] is not None:
-            own: float = convex_distance(rows[0], rows[1], most)
-            return own
-        bodies = self._body(one), self._body(other)
-        if fcl.collide(*bodies, self._collision, fcl.CollisionResult()):
-            return -1.0
-        apart: float = fcl.distance(*bodies, self._distance, fcl.DistanceResult())
-        return apart
-
-    def _row_of(self, number: int) -> Array | None:
-        """Where a shape is, as compiled code sees it; None of a mesh."""
-        solid = self._solids[number]
-        if solid is None:
-            return None
-        rotation, translation = self._poses[number]
-        turn = _UNTURNED if rotation is None else rotation
-        row: Array = put(solid, turn, np.asarray(translation))
-        return row
+    def _pose(self, number: int) -> Array:
+        turn, shift = self._poses[number]
+        return np.column_stack([_UNTURNED if turn is None else turn, shift])
 
     def _bounds(self, q: Array) -> Array:
         if self._lower_bounds is None:
@@ -233,13 +223,6 @@ def _manager(objects: Sequence[Any]) -> Any:
     manager.registerObjects(objects)
     manager.setup()
     return manager
-
-
-def _row(obstacle: Obstacle) -> Array | None:
-    """A placed solid as compiled code sees it; None of a mesh, and of what FCL handles well."""
-    if not isinstance(obstacle, Placed) or isinstance(obstacle.solid, Mesh):
-        return None
-    return solid_row(obstacle.solid, obstacle.pose)
 
 
 def _placed(obstacle: Obstacle) -> fcl.CollisionObject:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 from functools import cached_property, lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import igl
 import numpy as np
@@ -14,7 +15,7 @@ from envs.collision.enclosure import Enclosure, filled, room
 from envs.collision.shapes import Mesh
 from envs.problem import Array
 
-_KEPT = 4  # meshes whose trees are kept in a process
+_KEPT = 4  # meshes whose lids are kept in a process
 _CELLS = 128  # along the longest side of the grid on which holes are sought
 _COVERED = 0.75  # of a cell: nearer to the surface, the surface itself closes
 
@@ -23,14 +24,13 @@ class MeshQueries:
     """Distances to a mesh and what it encloses, with the trees that make them fast."""
 
     def __init__(self, mesh: Mesh) -> None:
-        self._mesh = mesh
         # Copies: libigl wants arrays that it may write to.
         self._arrays = np.array(mesh.vertices), np.array(mesh.faces)
         self._tree = igl.AABB()
         self._tree.init(*self._arrays)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return queries, (self._mesh,)
+        return queries, (Mesh(*self._arrays),)
 
     def distance(self, points: Array) -> Array:
         """Unsigned distances (n,) of points (n, 3) to the surface."""
@@ -67,10 +67,15 @@ class MeshQueries:
         return self.filled.encloses(points)
 
 
-@lru_cache(maxsize=_KEPT)
+_known: WeakKeyDictionary[Mesh, MeshQueries] = WeakKeyDictionary()
+
+
 def queries(mesh: Mesh) -> MeshQueries:
-    """The queries of a mesh, made once: queries change nothing, so worlds share them."""
-    return MeshQueries(mesh)
+    """The queries of a mesh, made once for as long as there is the mesh: queries change nothing, so
+    worlds share them."""
+    if mesh not in _known:
+        _known[mesh] = MeshQueries(mesh)
+    return _known[mesh]
 
 
 @lru_cache(maxsize=_KEPT)
@@ -100,4 +105,4 @@ def lids(mesh: Mesh, enclosure: Enclosure | None = None) -> Mesh | None:
 
 
 # libigl's objects must be gone before its module is, or it complains at exit.
-atexit.register(queries.cache_clear)
+atexit.register(_known.clear)

@@ -19,8 +19,9 @@ from envs.problem import Array
 _SPACING = 0.02
 """Between the nodes of the grid of distances to meshes, by the extent of where it is asked."""
 
-BOX, CYLINDER, SPHERE, NO_SOLID = 0.0, 1.0, 2.0, -1.0
-"""What a row says that it is; the last of them stands for a mesh."""
+BOX, CYLINDER, SPHERE, TRIANGLE, NO_SOLID = 0.0, 1.0, 2.0, 3.0, -1.0
+"""What a row says that it is; the last of them stands for a mesh. A triangle's has its corners from
+its centre in place of axes, and size 0."""
 
 MESHES, NOTHING = -1, -2
 """Stand for meshes, and for no obstacle, where a nearest one is named."""

@@ -12,17 +12,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.convex import distance, put
 from envs.collision.covering import bounding_sphere, cover
-from envs.collision.primitives import NO_SOLID, solid_row
-from envs.collision.shapes import Mesh, Placed, Solid
+from envs.collision.separation import Shapes, shapes_of
+from envs.collision.shapes import Placed, Solid
 from envs.problem import Array
+from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs
 from envs.robots.base import Pose
 from envs.robots.chain import Chain, ChainView, at, body_poses, compose
-from envs.seeding import stream
-
-_SAMPLES = 200
-"""Configurations in which links are seen to touch or not."""
 
 SLACK = 0.008
 """About how far, in metres, the spheres that cover links reach out of their sides."""
@@ -30,10 +26,17 @@ SLACK = 0.008
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A solid of a link: `placed` in the frame of body number `body`."""
+    """A solid of a link.
+
+    Attributes:
+        body: the number of the link's.
+        placed: in the body's frame.
+        link: its name; "" for the first link of the body.
+    """
 
     body: int
     placed: Placed
+    link: str = ""
 
 
 class ArmView(NamedTuple):
@@ -50,9 +53,8 @@ class ArmView(NamedTuple):
         ball_parts: (m,) which part each covers, in ascending order.
         first_balls: (p + 1,) where each part's begin.
         extents: (p,) radii of spheres about `middles` that hold a part's balls.
-        solids: (p, 17) the parts in their bodies' frames, see `primitives.SceneView`; `NO_SOLID`
-            where they are meshes.
-        pairs: (p, p) of bool, which parts may collide with each other.
+        shapes: the parts in their bodies' frames.
+        pairs: (p, p) of bool, which parts must not touch each other.
         moving: the number of parts that move; they come first.
     """
 
@@ -66,7 +68,7 @@ class ArmView(NamedTuple):
     ball_parts: NDArray[np.int64]
     first_balls: NDArray[np.int64]
     extents: Array
-    solids: Array
+    shapes: Shapes
     pairs: NDArray[np.bool_]
     moving: int
 
@@ -79,10 +81,8 @@ class Arm:
     Args:
         chain: its kinematics.
         parts: the solids of its links.
-        self_collision: whether links that are not neighbours must not touch each other. Links
-            with no solid between them but at a joint count as neighbours, and so do those that
-            touch in all of some random configurations, or with one link between them in none, as
-            in compact wrists.
+        self_collision: whether links must not touch each other, but for those that may; see
+            `allowed_collisions`.
 
     Raises:
         ValueError: no part moves.
@@ -106,10 +106,29 @@ class Arm:
         return self.view.moving
 
     @cached_property
+    def links(self) -> tuple[str, ...]:
+        """The names of the links that the parts belong to."""
+        first = {link.body: link.name for link in reversed(self.chain.links)}
+        return tuple(part.link or first[part.body] for part in self.parts)
+
+    @cached_property
+    def _shapes(self) -> Shapes:
+        return shapes_of([part.placed for part in self.parts])
+
+    @cached_property
+    def link_pairs(self) -> LinkPairs:
+        """Which parts must not touch each other, and how far they come apart."""
+        if not self.self_collision:
+            return no_pairs(len(self.parts))
+        bodies = np.array([part.body for part in self.parts])
+        placed = [part.placed for part in self.parts]
+        return link_pairs(self.chain, bodies, self.links, placed, self._shapes)
+
+    @cached_property
     def pairs(self) -> tuple[tuple[int, int], ...]:
-        bodies = self.view.bodies
-        both = np.argwhere(self.view.pairs)
-        return tuple((int(i), int(j)) for i, j in both if bodies[i] > bodies[j])
+        both = np.argwhere(self.link_pairs.checked)
+        body = [part.body for part in self.parts]
+        return tuple((int(i), int(j)) for i, j in both if body[i] > body[j])
 
     @cached_property
     def rate_bound(self) -> float:
@@ -161,8 +180,8 @@ class Arm:
             ball_parts,
             first_balls,
             np.maximum.reduceat(outward, first_balls[:-1]),
-            np.array([_row(part) for part in self.parts]),
-            self._apart(bodies, balls, ball_parts),
+            self._shapes,
+            self.link_pairs.checked,
             int((bodies > 0).sum()),
         )
 
@@ -193,67 +212,6 @@ class Arm:
                     beyond += float(np.linalg.norm(hop)) + slide
                 reach[i, part] = 1.0 if joint.prismatic else off_axis
         return reach
-
-    def _apart(
-        self, bodies: NDArray[np.int64], balls: Array, ball_parts: NDArray[np.int64]
-    ) -> NDArray[np.bool_]:
-        """See `ArmView.pairs`."""
-        pairs = np.zeros((len(bodies), len(bodies)), dtype=np.bool_)
-        if not self.self_collision:
-            return pairs
-        place = np.searchsorted(np.unique(bodies), bodies)
-        between = np.abs(place[:, None] - place[None]) - 1
-        pairs[:] = between > 0
-        touching = self._touching(pairs, balls, ball_parts)
-        pairs &= (touching < 1) & ((touching > 0) | (between > 1))
-        return pairs
-
-    def _touching(
-        self, pairs: NDArray[np.bool_], balls: Array, ball_parts: NDArray[np.int64]
-    ) -> Array:
-        """In what share of random configurations the parts of pairs (p, p) touch each other; of
-        meshes, the spheres that cover them."""
-        share = np.zeros(pairs.shape)
-        if not pairs.any():
-            return share
-        view, joints = self.chain.view, self.chain.joints
-        solids = [_row(part) for part in self.parts]
-        bodies = [part.body for part in self.parts]
-        lower, upper = (np.array([getattr(j, end) for j in joints]) for end in ("lower", "upper"))
-        poses = np.empty((1 + len(joints), 3, 4))
-        for q in stream("self collision").uniform(lower, upper, (_SAMPLES, len(joints))):
-            body_poses(view, q, poses)
-            rows = [
-                put(s, poses[b][:, :3], poses[b][:, 3]) for s, b in zip(solids, bodies, strict=True)
-            ]
-            for i, j in np.argwhere(np.triu(pairs)):
-                if solids[i][16] != NO_SOLID and solids[j][16] != NO_SOLID:
-                    touches = distance(rows[i], rows[j], _TOUCH) <= 0
-                else:
-                    a, b = (_balls_at(poses[bodies[n]], balls[ball_parts == n]) for n in (i, j))
-                    gaps = np.linalg.norm(a[:, None, :3] - b[None, :, :3], axis=2)
-                    touches = bool((gaps <= a[:, None, 3] + b[None, :, 3]).any())
-                share[i, j] += touches / _SAMPLES
-        both: Array = share + share.T
-        return both
-
-
-_TOUCH = 1e-3
-"""Metres beyond which it does not matter how far parts are apart."""
-
-
-def _row(part: Part) -> Array:
-    """See `ArmView.solids`."""
-    if not isinstance(part.placed.solid, Mesh):
-        return solid_row(part.placed.solid, part.placed.pose)
-    row = np.zeros(17)
-    row[16] = NO_SOLID
-    return row
-
-
-def _balls_at(pose: Array, balls: Array) -> Array:
-    """Spheres (m, 4) of a body at its pose (3, 4)."""
-    return np.column_stack([balls[:, :3] @ pose[:, :3].T + pose[:, 3], balls[:, 3]])
 
 
 def _off_axis(axis: Array, point: Array) -> float:

@@ -1,7 +1,8 @@
 """Clearances of arms among obstacles from spheres that cover the links, compiled.
 
 They are never more than the true ones, and less by about `envs.robots.arm.SLACK`; at flat ends and
-edges of links by more. What is proved free with them is free.
+edges of links by more. What is proved free with them is free. Clearances of links from each other
+are the true ones.
 """
 
 from __future__ import annotations
@@ -16,11 +17,18 @@ from numpy.typing import NDArray
 
 from envs.collision.convex import moved
 from envs.collision.primitives import NO_SOLID, NOTHING, SceneView, nearest, to_solid
+from envs.collision.separation import separation
 from envs.kernels import kernel
 from envs.problem import Array
 from envs.robots.arm import ArmView, part_bounds
 from envs.robots.chain import at, body_poses
 from envs.threads import in_blocks
+
+_NEAR = 0.03
+"""Metres up to which links that are meshes are asked how far they are apart."""
+
+TOUCHING = -1e-9
+"""The clearance where something touches, which says no more than that."""
 
 _BLOCK = 4096
 """Configurations that a thread takes at a time."""
@@ -69,37 +77,49 @@ def part_clearances(arm: Any, scene: Any, q: Any, found: Any) -> float:
 
 @_jit
 def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
-    """Lowers clearances to those from other parts, by their spheres at `balls` (m, 3)."""
-    parts = len(arm.bodies)
-    solids, middles = np.empty((parts, 17)), np.empty((parts, 3))
-    for part in range(parts):
-        pose = bodies[arm.bodies[part]]
-        moved(arm.solids[part], pose, solids[part])
-        middles[part, 0], middles[part, 1], middles[part, 2] = at(pose, arm.middles[part])
+    """Lowers clearances to those from other parts; of meshes, to those of their spheres at `balls`
+    (m, 3) while these are `_NEAR` apart. Any nearer they are exact: the spheres of two links side
+    by side may overlap wherever these are."""
+    rows = np.empty((len(arm.bodies), 17))
+    for part in range(len(rows)):
+        moved(arm.shapes.rows[part], bodies[arm.bodies[part]], rows[part])
     for part in range(arm.moving):
-        for other in range(parts):
-            if arm.bodies[other] >= arm.bodies[part] or not arm.pairs[part, other]:
+        for other in range(len(rows)):
+            body, beside = arm.bodies[part], arm.bodies[other]
+            if beside >= body or not arm.pairs[part, other]:
                 continue
-            apart = math.sqrt(((middles[part] - middles[other]) ** 2).sum())
-            if apart - arm.extents[part] - arm.extents[other] >= found[part]:
-                continue
-            # Spheres reach far out of flat ends, the solid that they are near to does not.
-            apart = max(
-                _balls_apart(arm, balls, part, other, solids),
-                _balls_apart(arm, balls, other, part, solids),
+            most = found[part]
+            if arm.shapes.roots[part] >= 0 or arm.shapes.roots[other] >= 0:
+                apart = _balls_apart(arm, balls, part, other, rows)
+                if apart >= _NEAR:
+                    found[part] = min(most, apart)
+                    continue
+                most = min(most, _NEAR)
+            apart = separation(
+                arm.shapes,
+                part,
+                rows[part],
+                bodies[body],
+                arm.shapes,
+                other,
+                rows[other],
+                bodies[beside],
+                most,
             )
-            found[part] = min(found[part], apart)
+            found[part] = min(most, apart if apart > 0.0 else TOUCHING)
 
 
 @_jit
-def _balls_apart(arm: Any, balls: Any, part: int, other: int, solids: Any) -> float:
-    """The least distance of a part's spheres from another part, or from its spheres if it is a
-    mesh."""
+def _balls_apart(arm: Any, balls: Any, part: int, other: int, rows: Any) -> float:
+    """The least distance of the spheres of one part from those of another. Where one is no mesh
+    it stands for its own spheres, which reach far out of flat ends."""
+    if rows[part, 16] != NO_SOLID:
+        part, other = other, part
     least = np.inf
     for a in range(arm.first_balls[part], arm.first_balls[part + 1]):
         x, y, z, radius = balls[a, 0], balls[a, 1], balls[a, 2], arm.balls[a, 3]
-        if solids[other, 16] != NO_SOLID:
-            least = min(least, to_solid(solids, other, x, y, z) - radius)
+        if rows[other, 16] != NO_SOLID:
+            least = min(least, to_solid(rows, other, x, y, z) - radius)
             continue
         for b in range(arm.first_balls[other], arm.first_balls[other + 1]):
             squared = (x - balls[b, 0]) ** 2 + (y - balls[b, 1]) ** 2 + (z - balls[b, 2]) ** 2

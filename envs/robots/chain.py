@@ -48,11 +48,13 @@ class Link:
         name: as in URDF.
         body: its number.
         offset: (4, 4), from the link's frame to the body's.
+        parent: the name of the link that a joint joins it to; of the base, none.
     """
 
     name: str
     body: int
     offset: Array
+    parent: str = ""
 
 
 @dataclass(frozen=True, eq=False)

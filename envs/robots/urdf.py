@@ -60,6 +60,7 @@ def read_urdf(file: Path) -> tuple[Chain, tuple[Part, ...]]:
 def _chain(robot: Any) -> Chain:
     base = _base(robot)
     leaving: dict[str, list[Any]] = {}
+    parents = {joint.child: joint.parent for joint in robot.joints}
     for joint in robot.joints:
         leaving.setdefault(joint.parent, []).append(joint)
     links: list[Link] = []
@@ -67,7 +68,7 @@ def _chain(robot: Any) -> Chain:
     todo = [(base, 0, np.eye(4))]
     while todo:
         name, body, offset = todo.pop()
-        links.append(Link(name, body, offset))
+        links.append(Link(name, body, offset, parents.get(name, "")))
         carried = []
         for joint in leaving.get(name, []):
             at = offset @ _pose(joint.origin)
@@ -230,7 +231,8 @@ def _parts(robot: Any, chain: Chain, folder: Path) -> tuple[Part, ...]:
                 solid = _solid(collision.geometry, folder)
             except ValueError as error:  # InputError, or a shape's own
                 raise InputError(f"link {link.name!r}: {error}") from error
-            parts.append(Part(link.body, Placed(solid, link.offset @ _pose(collision.origin))))
+            placed = Placed(solid, link.offset @ _pose(collision.origin))
+            parts.append(Part(link.body, placed, link.name))
     if not any(part.body > 0 for part in parts):
         raise InputError("no link that moves has collision geometry; add <collision> elements")
     return tuple(parts)

@@ -1,0 +1,131 @@
+"""How far shapes of any kind are apart, compiled: never more than they are.
+
+Solids in closed form or by `convex`, surfaces of meshes by `mesh_tree`: below the distance by no
+more than 1e-6 of it, or 1e-6 metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from envs.collision.convex import distance, moved
+from envs.collision.covering import bounding_sphere
+from envs.collision.mesh_tree import Trees, mesh_to_mesh, solid_to_mesh, trees_of
+from envs.collision.primitives import NO_SOLID, solid_row
+from envs.collision.shapes import Mesh, Placed
+from envs.kernels import kernel
+from envs.problem import Array
+from envs.robots.chain import compose
+
+
+class Shapes(NamedTuple):
+    """Placed shapes as compiled code sees them, each in the frame that it is placed in.
+
+    Attributes:
+        rows: (p, 17), see `primitives.SceneView`; a mesh's is `NO_SOLID` and has but the centre and
+            the radius of a sphere that holds it.
+        poses: (p, 3, 4) of the shapes.
+        roots: (p,) of the trees of those that are meshes, -1 of others.
+        trees: of all meshes.
+    """
+
+    rows: Array
+    poses: Array
+    roots: NDArray[np.int64]
+    trees: Trees
+
+
+def shapes_of(placed: Sequence[Placed]) -> Shapes:
+    """What compiled code is given of shapes."""
+    trees, found = trees_of([one.solid for one in placed if isinstance(one.solid, Mesh)])
+    roots = np.full(len(placed), -1)
+    roots[[isinstance(one.solid, Mesh) for one in placed]] = found
+    return Shapes(
+        np.array([_row(one) for one in placed]).reshape(-1, 17),
+        np.array([one.pose[:3] for one in placed]).reshape(-1, 3, 4),
+        roots,
+        trees,
+    )
+
+
+def _row(placed: Placed) -> Array:
+    """See `Shapes`."""
+    if not isinstance(placed.solid, Mesh):
+        return solid_row(placed.solid, placed.pose)
+    center, radius = bounding_sphere(placed.solid)
+    row = np.zeros(17)
+    row[9:12] = placed.pose[:3, :3] @ center + placed.pose[:3, 3]
+    row[15], row[16] = radius * (1 + 1e-12), NO_SOLID
+    return row
+
+
+_jit = numba.njit(cache=True, nogil=True)
+
+
+@_jit
+def separation(
+    a: Any, i: int, row: Any, pose: Any, b: Any, j: int, other: Any, at: Any, most: float
+) -> float:
+    """A lower bound of the distance of shape i of `a` from shape j of `b`, or something that is at
+    least `most`; 0 where they touch, or one of them is within another that is no mesh.
+
+    Their rows (17,) and the poses (3, 4) of the frames that they are placed in are those of now.
+    """
+    apart = np.sqrt(((row[9:12] - other[9:12]) ** 2).sum()) - row[15] - other[15]
+    if apart >= most:
+        return float(apart)
+    if a.roots[i] < 0 and b.roots[j] < 0:
+        return float(distance(row, other, most))
+    here, there, between = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
+    solid = np.empty(17)
+    if a.roots[i] < 0:
+        compose(at, b.poses[j], there)
+        _undo(there, between)
+        moved(row, between, solid)
+        return float(solid_to_mesh(b.trees, b.roots[j], solid, most))
+    compose(pose, a.poses[i], here)
+    _undo(here, between)
+    if b.roots[j] < 0:
+        moved(other, between, solid)
+        return float(solid_to_mesh(a.trees, a.roots[i], solid, most))
+    compose(at, b.poses[j], there)
+    compose(between, there, here)
+    return float(mesh_to_mesh(a.trees, a.roots[i], b.trees, b.roots[j], here, most))
+
+
+@_jit
+def least_separation(a: Any, i: int, turn: Any, shift: Any, around: Any, most: float) -> float:
+    """The least `separation` of shape i of `a`, after a rotation (3, 3) and a translation (3,),
+    from shapes that stand still; or something above `most`."""
+    pose, still, row = np.empty((3, 4)), np.eye(3, 4), np.empty(17)
+    pose[:, :3], pose[:, 3] = turn, shift
+    moved(a.rows[i], pose, row)
+    least = most
+    for j in range(len(around.rows)):
+        apart = separation(a, i, row, pose, around, j, around.rows[j], still, least)
+        least = min(least, apart)
+    return least
+
+
+@_jit
+def separation_between(shapes: Any, i: int, j: int, pose: Any, other: Any, most: float) -> float:
+    """The `separation` of two shapes whose frames are at poses (3, 4)."""
+    row, other_row = np.empty(17), np.empty(17)
+    moved(shapes.rows[i], pose, row)
+    moved(shapes.rows[j], other, other_row)
+    return float(separation(shapes, i, row, pose, shapes, j, other_row, other, most))
+
+
+@kernel
+def _undo(pose: Any, out: Any) -> None:
+    """Writes the pose (3, 4) that undoes one."""
+    for i in range(3):
+        out[i, 3] = 0.0
+        for j in range(3):
+            out[i, j] = pose[j, i]
+            out[i, 3] -= pose[j, i] * pose[j, 3]

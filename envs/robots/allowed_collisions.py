@@ -1,0 +1,169 @@
+"""Which links of an arm may touch each other: its allowed collision matrix.
+
+Links may touch that are neighbours by a joint, and those that are in contact in every one of some
+thousands of configurations. All others are checked, whether or not they were ever seen to touch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from envs.collision.containment import piece_points
+from envs.collision.mesh import queries
+from envs.collision.separation import Shapes, separation_between
+from envs.collision.shapes import Mesh, Placed
+from envs.problem import Array
+from envs.robots.chain import Chain, body_poses
+from envs.seeding import stream
+
+_SAMPLES = 2048
+"""Configurations in which links are in contact if they may be."""
+
+_FIRST = 16
+"""Configurations that are looked at before the rest, of which most pairs need no more."""
+
+FAR = 0.05
+"""Metres: how much farther parts come apart is not asked."""
+
+
+class LinkPairs(NamedTuple):
+    """Pairs of an arm's parts.
+
+    Attributes:
+        checked: (p, p) of bool, which must not touch each other.
+        farthest: (p, p) how far they come apart in some thousands of configurations, in metres, as
+            far as that is no more than `FAR`; of those that are not checked, 0.
+    """
+
+    checked: NDArray[np.bool_]
+    farthest: Array
+
+
+def no_pairs(parts: int) -> LinkPairs:
+    """Of an arm whose links may touch each other."""
+    return LinkPairs(np.zeros((parts, parts), dtype=np.bool_), np.zeros((parts, parts)))
+
+
+def link_pairs(
+    chain: Chain,
+    bodies: NDArray[np.int64],
+    links: Sequence[str],
+    placed: Sequence[Placed],
+    shapes: Shapes,
+) -> LinkPairs:
+    """Which parts must not touch each other.
+
+    Args:
+        chain: the arm's kinematics.
+        bodies, links: (p,) that the parts belong to.
+        placed: (p,) the parts in the bodies' frames.
+        shapes: the same for compiled code.
+    """
+    pairs = no_pairs(len(bodies))
+    joined = neighbours(chain, set(links))
+    q = _random_configurations(chain)
+    for i, j in zip(*np.triu_indices(len(bodies), 1), strict=True):
+        if bodies[i] == bodies[j] or (links[i], links[j]) in joined:
+            continue
+        apart = _farthest(chain, bodies, placed, shapes, (int(i), int(j)), q)
+        for a, b in ((i, j), (j, i)):
+            pairs.checked[a, b], pairs.farthest[a, b] = apart > 0, apart
+    return pairs
+
+
+def _random_configurations(chain: Chain) -> Array:
+    lower, upper = (np.array([getattr(j, e) for j in chain.joints]) for e in ("lower", "upper"))
+    return stream("self collision").uniform(lower, upper, (_SAMPLES, chain.dimension))
+
+
+def _farthest(
+    chain: Chain,
+    bodies: NDArray[np.int64],
+    placed: Sequence[Placed],
+    shapes: Shapes,
+    pair: tuple[int, int],
+    q: Array,
+) -> float:
+    """See `LinkPairs.farthest`; 0 if the two are in contact, or one is within the other, in all of
+    the configurations (n, d)."""
+    farthest = 0.0
+    for some in (q[:_FIRST], q[_FIRST:]):
+        poses = np.empty((len(some), 2, 3, 4))
+        _poses_of(chain.view, some, bodies[list(pair)], poses)
+        apart = np.zeros(len(some))
+        _separations(shapes, *pair, poses, FAR, apart)
+        found = apart > 0
+        for this, other in ((0, 1), (1, 0)):
+            solid = placed[pair[this]]
+            if isinstance(solid.solid, Mesh) and found.any():
+                points = _points(placed[pair[other]], poses[found, other])
+                found[found] = ~_encloses(solid.solid, poses[found, this], solid.pose, points)
+        farthest = max(farthest, apart[found].max(initial=0.0))
+        if farthest >= FAR:
+            return FAR
+    return farthest
+
+
+def _points(placed: Placed, poses: Array) -> Array:
+    """A point of each piece of a shape, (n, k, 3), whose body is at poses (n, 3, 4)."""
+    points = piece_points(placed.solid) @ placed.pose[:3, :3].T + placed.pose[:3, 3]
+    there: Array = points @ np.swapaxes(poses[:, :, :3], 1, 2) + poses[:, None, :, 3]
+    return there
+
+
+def _encloses(mesh: Mesh, poses: Array, offset: Array, points: Array) -> NDArray[np.bool_]:
+    """Whether a mesh has one of some points (n, k, 3) within, (n,) of bool, at an offset (4, 4) from
+    its body at poses (n, 3, 4)."""
+    local = (points - poses[:, None, :, 3]) @ poses[:, :, :3]
+    local = (local - offset[:3, 3]) @ offset[:3, :3]
+    inside = queries(mesh).is_inside(local.reshape(-1, 3))
+    return inside.reshape(points.shape[:2]).any(axis=1)
+
+
+def neighbours(chain: Chain, solid: Collection[str]) -> set[tuple[str, str]]:
+    """Pairs of links with solids, either way round, that are joined with no other link with a
+    solid between them.
+
+    Args:
+        solid: names of the links that have solids.
+    """
+    beside: dict[str, set[str]] = {link.name: set() for link in chain.links}
+    for link in chain.links:
+        if link.parent:
+            beside[link.name].add(link.parent)
+            beside[link.parent].add(link.name)
+    found = set()
+    for begin in solid:
+        seen, todo = {begin}, [begin]
+        while todo:
+            for name in beside[todo.pop()] - seen:
+                seen.add(name)
+                if name in solid:
+                    found.add((begin, name))
+                else:
+                    todo.append(name)
+    return found
+
+
+_jit = numba.njit(cache=True, nogil=True)
+
+
+@_jit
+def _poses_of(chain: Any, q: Any, bodies: Any, poses: Any) -> None:
+    """Writes the poses (n, 2, 3, 4) of two bodies."""
+    found = np.empty((1 + q.shape[1], 3, 4))
+    for n in range(len(q)):
+        body_poses(chain, q[n], found)
+        poses[n, 0], poses[n, 1] = found[bodies[0]], found[bodies[1]]
+
+
+@_jit
+def _separations(shapes: Any, i: int, j: int, poses: Any, most: float, found: Any) -> None:
+    """Writes how far two parts are apart, (n,), see `separation`."""
+    for n in range(len(found)):
+        found[n] = separation_between(shapes, i, j, poses[n, 0], poses[n, 1], most)
