@@ -46,12 +46,12 @@ class MeshQueries:
     @cached_property
     def filled(self) -> Enclosure:
         """The mesh as a solid, see `enclosure.filled`."""
-        return filled(self._mesh)
+        return filled(Mesh(*self._arrays))
 
     @cached_property
     def room(self) -> Enclosure:
         """The mesh as a room, see `enclosure.room`."""
-        return room(self._mesh)
+        return room(Mesh(*self._arrays))
 
     def is_inside(self, points: Array) -> NDArray[np.bool_]:
         """Whether points (n, 3) are within the solid that the mesh stands for, (n,) of bool.
