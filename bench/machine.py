@@ -15,6 +15,7 @@ from typing import Any
 import psutil
 
 from bench.launch import COMMAND, ONE_THREAD
+from envs.processors import physical_cores, usable_cores, usable_cpus
 
 _PACKAGES = (
     "plannerbench",
@@ -29,47 +30,16 @@ _PACKAGES = (
 )
 
 
-def physical_cores() -> int:
-    """Physical cores that this process may use, as far as the system tells."""
-    physical = psutil.cpu_count(logical=False) or psutil.cpu_count() or 1
-    return max(1, min(physical, len(_usable_cpus())))
-
-
-def _usable_cpus() -> list[int]:
-    """The logical processors that this process may use, by the system's numbers."""
-    if hasattr(os, "sched_getaffinity"):
-        return sorted(os.sched_getaffinity(0))
-    return list(range(os.cpu_count() or 1))
-
-
 def shares(number: int) -> list[tuple[int, ...]]:
     """Logical processors for each of a number of planners at a time: equal numbers of whole cores,
     that none of the others uses. Empty tuples, for any processor, if there is only one planner, or
     the system does not say or does not have enough."""
-    cores = _usable_cores()
+    cores = usable_cores()
     each = len(cores) // number
     if number == 1 or each == 0 or not hasattr(os, "sched_setaffinity"):
         return [()] * number
     chosen = [cores[i * each : (i + 1) * each] for i in range(number)]
     return [tuple(cpu for core in share for cpu in core) for share in chosen]
-
-
-def _usable_cores() -> list[tuple[int, ...]]:
-    """The logical processors that this process may use, those of one core together."""
-    usable = set(_usable_cpus())
-    cores = {tuple(sorted(usable & _siblings(cpu))) for cpu in usable}
-    return sorted(cores)
-
-
-def _siblings(cpu: int) -> set[int]:
-    """The logical processors of the core that one belongs to; itself where that is not known."""
-    file = Path(f"/sys/devices/system/cpu/cpu{cpu}/topology/thread_siblings_list")
-    try:
-        listed = file.read_text()
-    except OSError:
-        return {cpu}
-    ends = [part.partition("-") for part in listed.strip().split(",")]
-    return {cpu for low, _, high in ends for cpu in range(int(low), int(high or low) + 1)} | {cpu}
 
 
 def confine_thread(cpus: Sequence[int]) -> None:
@@ -98,7 +68,7 @@ def describe() -> dict[str, Any]:
             "system": platform.platform(),
             "processor": processor(),
             "physical_cores": physical_cores(),
-            "usable_cpus": _usable_cpus(),
+            "usable_cpus": usable_cpus(),
             "memory_mb": psutil.virtual_memory().total // 2**20,
         },
         "python": platform.python_version(),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import signal
+import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -11,15 +13,24 @@ from multiprocessing import get_context
 from pathlib import Path
 from time import monotonic
 from typing import Any, TypeVar
+from zipfile import BadZipFile
 
 import numpy as np
-import psutil
 
+from envs import InputError
+from envs.errors import reason
+from envs.processors import physical_cores
 from envs.whole_file import whole_file
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 D = TypeVar("D", bound="Pieces")
+
+_NOT_OURS = (
+    *(OSError, EOFError, BadZipFile, zlib.error),
+    *(LookupError, ValueError, TypeError, AttributeError, NotImplementedError, RuntimeError),
+)
+"""What NumPy raises of files that hold no pieces, or are damaged."""
 
 
 class Pieces(ABC):
@@ -27,8 +38,22 @@ class Pieces(ABC):
 
     @property
     @abstractmethod
+    def consistent(self) -> bool:
+        """Whether the lengths of its arrays, and the numbers in them, go together."""
+
+    @property
+    @abstractmethod
     def finished(self) -> int:
         """How many items of work it holds the results of."""
+
+    def continues(self: D, none: D) -> bool:
+        """Whether it may have been begun as `none`: arrays of the same type and shape but for how
+        many there are, which go together."""
+        alike = all(
+            own.dtype == other.dtype and own.ndim == other.ndim and own.shape[1:] == other.shape[1:]
+            for own, other in zip(vars(self).values(), vars(none).values(), strict=True)
+        )
+        return alike and self.consistent
 
     def joined(self: D, others: Sequence[D]) -> D:
         """These and others."""
@@ -55,6 +80,9 @@ def made_in_parallel(
 
     Returns:
         The results, and the seconds that they took, those in earlier calls included.
+
+    Raises:
+        InputError: what is kept is damaged, or of something else.
     """
     made, spent = _read(kept, none)
     begin = monotonic()
@@ -68,8 +96,16 @@ def made_in_parallel(
 def _read(kept: Path, none: D) -> tuple[D, float]:
     if not kept.is_file():
         return none, 0.0
-    with np.load(kept) as held:
-        return type(none)(*(held[name] for name in vars(none))), float(held["seconds"])
+    try:
+        # Not by its name: NumPy would leave the file open where it is damaged.
+        with kept.open("rb") as opened, np.load(opened) as held:
+            made = type(none)(*(held[name] for name in vars(none)))
+            seconds = float(held["seconds"])
+    except _NOT_OURS as error:
+        raise InputError(f"cannot go on from {kept}, delete it: {reason(error)}") from error
+    if not (made.continues(none) and 0 <= seconds < math.inf):
+        raise InputError(f"cannot go on from {kept}, delete it: it holds something else")
+    return made, seconds
 
 
 def _write(kept: Path, made: Pieces, seconds: float) -> None:
@@ -84,11 +120,11 @@ def in_parallel(
     block: int,
 ) -> Iterator[list[Result]]:
     """The results of `make(*arguments)(item)` in the order of the items, in lists of `block` for
-    each process, of which there are as many as physical cores.
+    each process, of which there are as many as physical cores that this one may use.
 
     `make` is called once in each process. Everything that passes between has to be picklable.
     """
-    processes = psutil.cpu_count(logical=False) or 1
+    processes = physical_cores()
     left = iter(items)
     with ProcessPoolExecutor(
         processes, mp_context=get_context("spawn"), initializer=_start, initargs=(make, arguments)

@@ -57,6 +57,11 @@ class Labels(Pieces):
     def finished(self) -> int:
         return len(self.sources)
 
+    @property
+    def consistent(self) -> bool:
+        together = len(self.sources) == len(self.goals) == len(self.stretch)
+        return together and all(bool(np.isfinite(part).all()) for part in vars(self).values())
+
 
 def make_labels(
     env: Environment,

@@ -61,6 +61,17 @@ class Demonstrations(Pieces):
     def finished(self) -> int:
         return len(self.tried)
 
+    @property
+    def consistent(self) -> bool:
+        paths, scenes = self.lengths, self.scenes
+        return (
+            len(paths) == len(scenes)
+            and bool((paths >= 2).all() and (self.tried >= 0).all())
+            and bool(((scenes >= 0) & (scenes < self.finished)).all())
+            and int(paths.sum()) == len(self.waypoints)
+            and bool(np.isfinite(self.waypoints).all())
+        )
+
 
 def make_demonstrations(
     scenes: Sequence[Environment],
