@@ -104,7 +104,9 @@ def manifest_file(file: Path) -> Path:
 
 
 def write(file: Path, tensors: Tensors, manifest: Manifest) -> None:
-    """Writes weights and manifest, each whole or not at all.
+    """Writes weights and manifest, each whole or not at all. Ended at any moment, what is there
+    is the old pair or the new one: the new manifest waits beside the old one while the weights
+    are replaced, and `read` takes the one that is of the weights.
 
     Raises:
         InputError: they cannot be written there.
@@ -113,8 +115,10 @@ def write(file: Path, tensors: Tensors, manifest: Manifest) -> None:
     described = {**asdict(manifest), "sha256": hashlib.sha256(data).hexdigest()}
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
+        waiting = _waiting(manifest_file(file))
+        _replace(waiting, (json.dumps(described, indent=1) + "\n").encode())
         _replace(file, data)
-        _replace(manifest_file(file), (json.dumps(described, indent=1) + "\n").encode())
+        waiting.replace(manifest_file(file))
     except OSError as error:
         raise InputError(f"cannot write weights to {file}: {error}") from error
 
@@ -123,12 +127,16 @@ def link(target: Path, planner: str, domain: str) -> None:
     """Lets `find` find weights that were written elsewhere, as long as they stay there."""
     name = cached_file(planner, domain)
     name.parent.mkdir(parents=True, exist_ok=True)
+    beside = manifest_file(target)
+    # In the order of `write`, for the same reason.
     for there, here in (
+        (beside, _waiting(manifest_file(name))),
         (target, name),
-        (manifest_file(target), manifest_file(name)),
+        (beside, manifest_file(name)),
     ):
-        here.unlink(missing_ok=True)
-        here.symlink_to(there.absolute())
+        with whole_file(here) as part:
+            part.symlink_to(there.absolute())
+    _waiting(manifest_file(name)).unlink()
 
 
 def read(file: Path, planner: str, domain: str) -> tuple[dict[str, NDArray[Any]], Manifest]:
@@ -137,8 +145,7 @@ def read(file: Path, planner: str, domain: str) -> tuple[dict[str, NDArray[Any]]
     Raises:
         InputError: the file cannot be read, is damaged, or is for something else.
     """
-    data = _bytes(file, _MOST_BYTES)
-    manifest = _read_manifest(manifest_file(file))
+    data, manifest = _pair(file)
     for what, ours, theirs in (
         ("planner", planner, manifest.planner),
         ("environment", domain, manifest.env_fingerprint),
@@ -149,7 +156,9 @@ def read(file: Path, planner: str, domain: str) -> tuple[dict[str, NDArray[Any]]
                 "train some with bench train"
             )
     if hashlib.sha256(data).hexdigest() != manifest.sha256:
-        raise InputError(f"{file} is not the file that its manifest describes: copy both again")
+        raise InputError(
+            f"{file} is not the file that its manifest describes: copy both again, or train anew"
+        )
     try:
         tensors = safetensors.numpy.load(data)
     except (SafetensorError, ValueError, KeyError, TypeError) as error:
@@ -166,6 +175,27 @@ def digest(file: Path) -> str:
         InputError: it cannot be read.
     """
     return hashlib.sha256(_bytes(file, _MOST_BYTES)).hexdigest()[:16]
+
+
+def _waiting(manifest: Path) -> Path:
+    """Where a manifest is until the weights that it describes are in place."""
+    return manifest.with_name(f"{manifest.name}.next")
+
+
+def _pair(file: Path) -> tuple[bytes, Manifest]:
+    """The content of a file of weights, and the manifest beside it: one that waits there if it is
+    of this content and the other is not."""
+    data = _bytes(file, _MOST_BYTES)
+    beside = manifest_file(file)
+    of_data = hashlib.sha256(data).hexdigest()
+    waiting = [_waiting(beside), _waiting(beside.resolve())]
+    # The first once more at the end: a writer may have put it in place meanwhile.
+    for candidate in (beside, *waiting, beside):
+        if candidate.is_file():
+            manifest = _read_manifest(candidate)
+            if manifest.sha256 == of_data:
+                return data, manifest
+    return data, _read_manifest(beside)
 
 
 def _bytes(file: Path, most: int) -> bytes:

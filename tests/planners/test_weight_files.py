@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import pickle
 import struct
@@ -217,3 +218,90 @@ def test_shipped_weights_are_whole_small_and_say_how_they_were_made() -> None:
     assert by_planner["ief3d"] == eight | fields | houses
     for name in ("ntfields-nowenc", "ntfields-wenc", "ntfields-wenc-early"):
         assert by_planner[name] == {"gibson-generated"}
+
+
+class KilledError(Exception):
+    """Ends a writer where `kill -9` would."""
+
+
+def killed_at(step: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the given file system call on that puts a file in place, none is carried out."""
+    replace, calls = Path.replace, iter(range(1000))
+
+    def maybe(self: Path, target: Path) -> Path:
+        if next(calls) >= step:
+            raise KilledError
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", maybe)
+
+
+@pytest.mark.parametrize("step", range(4))
+def test_a_writer_that_is_killed_leaves_the_old_pair_or_the_new_one(
+    file: Path, c3d: Environment, monkeypatch: pytest.MonkeyPatch, step: int
+) -> None:
+    newer = {name: values + 1 for name, values in TENSORS.items()}
+    with monkeypatch.context() as patched:
+        killed_at(step, patched)
+        try:
+            weight_files.write(file, newer, manifest(c3d, seed=9))
+        except KilledError:
+            assert step < 3
+    tensors, described = weight_files.read(file, "p", c3d.fingerprint)
+    wanted, seed = (newer, 9) if step >= 2 else (TENSORS, 0)
+    assert described.seed == seed
+    assert all((tensors[name] == values).all() for name, values in wanted.items())
+    weight_files.write(file, TENSORS, manifest(c3d, seed=5))
+    assert weight_files.read(file, "p", c3d.fingerprint)[1].seed == 5
+    assert sorted(p.name for p in file.parent.iterdir()) == ["w.json", "w.safetensors"]
+
+
+@pytest.mark.parametrize("step", range(4))
+def test_a_first_writer_that_is_killed_leaves_none_or_a_pair(
+    tmp_path: Path, c3d: Environment, monkeypatch: pytest.MonkeyPatch, step: int
+) -> None:
+    file = tmp_path / "first.safetensors"
+    with monkeypatch.context() as patched:
+        killed_at(step, patched)
+        with contextlib.suppress(KilledError):
+            weight_files.write(file, TENSORS, manifest(c3d))
+    if file.is_file():
+        assert weight_files.read(file, "p", c3d.fingerprint)[1].env == "c3d"
+    assert file.is_file() == (step >= 2)
+
+
+@pytest.mark.parametrize("step", range(4))
+def test_links_are_the_old_pair_or_the_new_one(
+    file: Path,
+    c3d: Environment,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    step: int,
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    cached = weight_files.cached_file("p", c3d.fingerprint)
+    weight_files.write(cached, TENSORS, manifest(c3d, seed=9))
+    other = {name: values + 1 for name, values in TENSORS.items()}
+    weight_files.write(file, other, manifest(c3d, seed=4))
+    with monkeypatch.context() as patched:
+        killed_at(step, patched)
+        with contextlib.suppress(KilledError):
+            weight_files.link(file, "p", c3d.fingerprint)
+    found = weight_files.find("p", c3d.fingerprint)
+    assert found == cached
+    assert weight_files.read(found, "p", c3d.fingerprint)[1].seed == (4 if step >= 2 else 9)
+
+
+@pytest.mark.parametrize("step", range(3))
+def test_links_lead_to_what_a_killed_writer_left_there(
+    file: Path, c3d: Environment, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, step: int
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    weight_files.link(file, "p", c3d.fingerprint)
+    with monkeypatch.context() as patched:
+        killed_at(step, patched)
+        with pytest.raises(KilledError):
+            weight_files.write(file, {"other": np.ones(3)}, manifest(c3d, seed=9))
+    found = weight_files.find("p", c3d.fingerprint)
+    assert found is not None and found != file
+    assert weight_files.read(found, "p", c3d.fingerprint)[1].seed == (9 if step >= 2 else 0)
