@@ -79,6 +79,16 @@ REGISTRY: Registry[Planner] = Registry(
         _ompl("aitstar", "AITstar", "AIT*", ("ait*",)),
         _ompl("eitstar", "EITstar", "EIT*", ("eit*",)),
         _ompl("fmt", "FMT", "FMT*, one batch of samples", ("fmt*",)),
+        Spec(
+            "straight-line",
+            "planners.baselines:StraightLine",
+            "a baseline: the straight line, if it is free",
+        ),
+        Spec(
+            "random-detours",
+            "planners.baselines:RandomDetours",
+            "a baseline: the straight line, or by way of a few random places",
+        ),
         _field(
             "eikonet",
             "factored time without symmetry or bounds, trained on speeds (EikoNet)",
