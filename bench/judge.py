@@ -9,11 +9,20 @@ import numpy as np
 from bench import metrics
 from bench.record import Verdict
 from envs import Environment, Path, Problem
+from envs.collision.continuous import FIRST_QUERIES, UndecidedError
 from envs.collision.fcl_model import DEFAULT_TOLERANCE
 from envs.problem import Array
 
 ENDPOINT_TOLERANCE = 1e-6
 """How far first and last waypoint may be from start and goal, in the configurations' unit."""
+
+
+MOST_WAYPOINTS = 2**20
+MOST_DIAGONALS = 100.0
+"""How long a path may be, in waypoints, and as many times as the bounds are wide."""
+
+_MOST_QUERIES = 100_000
+"""How many configurations are asked about for one verdict; at a fraction of a millisecond each."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +43,9 @@ class Judgement:
 
 
 class Judge:
-    """Judges paths in one environment.
+    """Judges paths in one environment, each within a budget that is counted, not timed, so that
+    verdicts are the same on every machine. Paths that planners find on the way from start to goal
+    stay far within it.
 
     Args:
         env: must be the judge's own, made from the spec, never one that a planner has held.
@@ -44,7 +55,7 @@ class Judge:
     def __init__(self, env: Environment, tolerance: float = DEFAULT_TOLERANCE) -> None:
         self._env = env
         self._model = env.collision_model(tolerance)
-        self._spacing = float(np.linalg.norm(env.upper - env.lower)) / 1000
+        self._diagonal = float(np.linalg.norm(env.upper - env.lower))
 
     def __call__(self, problem: Problem, claimed: Array | None) -> Judgement:
         """The verdict on a path (k, d) claimed for `problem`."""
@@ -66,8 +77,16 @@ class Judge:
             where = int(np.argmin(inside))
             reason = f"waypoint {where} of {len(path)} is out of bounds"
             return Judgement(Verdict.OUT_OF_BOUNDS, reason, len(path))
-        margin = self._model.min_clearance(path)
         length = metrics.path_length(path)
+        too_long = self._too_long(path, length)
+        if too_long:
+            return Judgement(Verdict.NOT_JUDGED, too_long, len(path), length)
+        most_queries = self._most_queries(length)
+        try:
+            margin = self._model.min_clearance(path, most_queries)
+        except UndecidedError:
+            reason = f"{most_queries} configurations on it do not decide whether it is free"
+            return Judgement(Verdict.NOT_JUDGED, reason, len(path), length)
         if margin <= self._model.tolerance:
             return Judgement(Verdict.COLLISION, "not proved free of collision", len(path), length)
         return Judgement(
@@ -76,6 +95,21 @@ class Judge:
             len(path),
             length,
             margin,
-            metrics.travel_time(path, self._env.speed, self._spacing),
+            metrics.travel_time(path, self._env.speed, self._diagonal / 1000),
             metrics.smoothness(path),
         )
+
+    def _too_long(self, path: Array, length: float) -> str:
+        """Why a path is not looked at, if it is not."""
+        if len(path) > MOST_WAYPOINTS:
+            return f"it has {len(path)} waypoints, more than {MOST_WAYPOINTS}"
+        if length > MOST_DIAGONALS * self._diagonal:
+            return f"it is longer than {MOST_DIAGONALS:g} times the diagonal of the bounds"
+        return ""
+
+    def _most_queries(self, length: float) -> int:
+        """Twice what decides about a path that keeps just above the tolerance all the way, up to
+        some number; see `path_min_clearance`."""
+        reach = self._env.robot.rate_bound * length
+        enough = 2 * (FIRST_QUERIES + 2 * reach / self._model.tolerance)
+        return int(min(enough, _MOST_QUERIES))

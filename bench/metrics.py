@@ -8,6 +8,9 @@ import numpy as np
 
 from envs.problem import Array
 
+MOST_PIECES = 100_000
+"""In which a path's time of travel is summed."""
+
 
 def path_length(waypoints: Array) -> float:
     """The sum of the Euclidean lengths of the segments, in the unit of the configurations."""
@@ -17,7 +20,7 @@ def path_length(waypoints: Array) -> float:
 def travel_time(waypoints: Array, speed: Callable[[Array], Array], spacing: float) -> float:
     """The time of travel along the path at the speed field S*: the integral of ds / S*(q).
 
-    Midpoint rule with pieces no longer than `spacing`.
+    Midpoint rule with pieces no longer than `spacing`, or `MOST_PIECES` of them.
 
     Args:
         speed: (n, d) -> (n,), positive.
@@ -25,12 +28,24 @@ def travel_time(waypoints: Array, speed: Callable[[Array], Array], spacing: floa
     """
     steps = np.diff(waypoints, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
-    pieces = np.maximum(np.ceil(lengths / spacing).astype(int), 1)
+    counts = np.maximum(np.ceil(lengths / spacing), 1)
+    if counts.sum() > MOST_PIECES:
+        return _time_in_equal_pieces(waypoints, lengths, speed)
+    pieces = counts.astype(int)
     segment = np.repeat(np.arange(len(steps)), pieces)
     place = np.arange(len(segment)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     t = (place + 0.5) / pieces[segment]
     points = waypoints[segment] + t[:, None] * steps[segment]
     return float(((lengths / pieces)[segment] / speed(points)).sum())
+
+
+def _time_in_equal_pieces(
+    waypoints: Array, lengths: Array, speed: Callable[[Array], Array]
+) -> float:
+    along = np.concatenate([[0.0], np.cumsum(lengths)])
+    places = (np.arange(MOST_PIECES) + 0.5) / MOST_PIECES * along[-1]
+    points = np.column_stack([np.interp(places, along, axis) for axis in waypoints.T])
+    return float((along[-1] / MOST_PIECES / speed(points)).sum())
 
 
 def smoothness(waypoints: Array) -> float:

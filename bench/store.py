@@ -1,13 +1,20 @@
-"""Records on disk: SQLite in `DIR/run.sqlite`, one transaction a row."""
+"""Records on disk: SQLite in `DIR/run.sqlite`, one transaction a row.
+
+A transaction is the system's when it is committed, so that nothing of it is lost by whatever ends
+this process. That it is on the disk, for the case that the machine loses its power, costs a hundred
+times as much, and is seen to for all rows together every now and then.
+"""
 
 from __future__ import annotations
 
 import json
+import math
 import sqlite3
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple
 from pathlib import Path
+from time import monotonic
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -18,6 +25,9 @@ from bench.store_file import FILE, TABLES, digest, in_words, opened_to_read, ope
 from envs import InputError
 
 S = TypeVar("S", bound="StoredRecords")
+
+FORCED_EVERY_S = 1.0
+"""How much of a run, in seconds, the machine may take with it at most when it loses its power."""
 
 
 class StoredRecords:
@@ -103,12 +113,17 @@ class StoredRecords:
 class Store(StoredRecords):
     """The records of a folder, which is made if missing, to be read and added to."""
 
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        self._forced = -math.inf
+
     def _opened(self, folder: Path) -> sqlite3.Connection:
         return opened_to_write(folder)
 
     def put(self, record: Record) -> None:
-        """Adds a record at once and for good, in place of one with the same key."""
-        self._put("records", astuple(record))
+        """Adds a record at once, in place of one with the same key. Whatever ends this process, it
+        is there; see `FORCED_EVERY_S`."""
+        self._put("records", astuple(record), forced=monotonic() >= self._forced + FORCED_EVERY_S)
 
     def put_selection(self, selection: dict[str, Any]) -> None:
         """Notes what was asked for last, which is what `bench report` shows."""
@@ -118,10 +133,16 @@ class Store(StoredRecords):
         """Notes when, where and at what cost some records were measured."""
         self._put("sessions", (run_id, json.dumps(session)))
 
-    def _put(self, table: str, values: Sequence[Any]) -> None:
+    def _put(self, table: str, values: Sequence[Any], *, forced: bool = True) -> None:
+        """Adds a row; `forced` sees to it that it is on the disk, with all before it."""
         marks = [f"?{i + 1}" for i in range(len(TABLES[table]))]
-        with self._lock, in_words(self._file), self._connection:
-            self._connection.execute(
-                f"INSERT OR REPLACE INTO {table} VALUES ({', '.join(marks)}, {digest(marks)})",
-                values,
-            )
+        with self._lock, in_words(self._file):
+            # FULL writes out the whole log, whose end alone NORMAL would leave to the system.
+            self._connection.execute(f"PRAGMA synchronous = {'FULL' if forced else 'NORMAL'}")
+            with self._connection:
+                self._connection.execute(
+                    f"INSERT OR REPLACE INTO {table} VALUES ({', '.join(marks)}, {digest(marks)})",
+                    values,
+                )
+            if forced:
+                self._forced = monotonic()

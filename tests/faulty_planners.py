@@ -151,6 +151,17 @@ class OutOfBounds(Planner):
         return _claim(problem.start, np.array([0.0, 0.0, 25.0]), problem.goal)
 
 
+class Wanders(Planner):
+    """Goes from corner to corner a thousand times before it comes to the goal."""
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        self._env = env
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        corners = [self._env.lower, self._env.upper] * 1000
+        return _claim(problem.start, *corners, problem.goal)
+
+
 class ThroughBox(Planner):
     """Visits the centre of the first box."""
 
@@ -259,6 +270,7 @@ EXPECTED = {
     "wrong-start": (WrongStart, "WRONG_ENDPOINT"),
     "wrong-goal": (WrongGoal, "WRONG_ENDPOINT"),
     "out-of-bounds": (OutOfBounds, "OUT_OF_BOUNDS"),
+    "wanders": (Wanders, "NOT_JUDGED"),
     "through-box": (ThroughBox, "COLLISION"),
     "free-waypoints-only": (FreeWaypointsOnly, "COLLISION"),
     "approximates": (Approximates, "APPROXIMATE_SOLUTION"),

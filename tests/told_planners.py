@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +73,21 @@ class TellsDevice(Planner):
         return straight(problem, device=self._device)
 
 
+class TellsProcessors(Planner):
+    """Those that it may use, in all of its threads and processes."""
+
+    improves = False
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        self._stay = threading.Event()
+        threading.Thread(target=self._stay.wait, daemon=True).start()
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        threads = [int(task.name) for task in Path("/proc/self/task").iterdir()]
+        mine = [sorted(os.sched_getaffinity(thread)) for thread in threads]
+        return straight(problem, mine=mine)
+
+
 class Unsuited(Planner):
     """It would improve, if it could plan anywhere."""
 
@@ -89,6 +105,7 @@ SPECS = [
         "told-once": ToldOnce,
         "swaps": Swaps,
         "tells-device": TellsDevice,
+        "tells-processors": TellsProcessors,
         "unsuited": Unsuited,
     }.items()
 ]

@@ -12,12 +12,22 @@ query.
 from __future__ import annotations
 
 import heapq
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import numpy as np
 
 from envs.problem import Array
 
 Clearance = Callable[[Array], float]
+
+FIRST_QUERIES = 10_000
+"""How many waypoints of a path are asked about in any case, if it has so many."""
+
+_Interval = tuple[float, int, int, float, float, float, float]
+"""How low the clearance can fall in it, and its place; see `_Search._add`."""
 
 
 def segment_is_free(
@@ -51,8 +61,16 @@ def segment_is_free(
     return True
 
 
+class UndecidedError(Exception):
+    """The queries that were allowed do not decide whether a path is free."""
+
+
 def path_min_clearance(
-    clearance: Clearance, waypoints: Array, bounds: Sequence[float], tolerance: float
+    clearance: Clearance,
+    waypoints: Array,
+    bounds: Sequence[float],
+    tolerance: float,
+    most_queries: float = math.inf,
 ) -> float:
     """The least clearance along a path of waypoints (k, d), at most `tolerance` above the truth.
 
@@ -61,42 +79,117 @@ def path_min_clearance(
 
     A Piyavskii-Shubert search: between two known clearances the clearance cannot fall below
     where the two cones of slope `bound` meet; the interval with the lowest such point is split
-    there until none can be lower than what was found by more than the tolerance.
+    there until none can be lower than what was found by more than the tolerance. Of very many
+    waypoints it begins with some, evenly among them, and asks about others where it has to.
+
+    Without more queries the result may be below the least clearance.
 
     Args:
         clearance: (d,) -> signed distance to the obstacles, in workspace units.
         bounds: k - 1 bounds on the speed of any point of the robot, one a segment.
         tolerance: in workspace units.
+        most_queries: how often `clearance` may be asked. A motion along which no point travels
+            farther than `reach` is decided by about FIRST_QUERIES + 2 reach / tolerance.
+
+    Raises:
+        UndecidedError: that was not enough.
     """
-    known = [clearance(q) for q in waypoints]
-    least = min(known)
-    if least <= tolerance:
-        return least
+    search = _Search(clearance, waypoints, bounds, tolerance, most_queries)
+    return search.least()
 
-    intervals: list[tuple[float, int, float, float, float, float]] = []
 
-    def add(segment: int, low: float, high: float, at_low: float, at_high: float) -> None:
-        lowest = (at_low + at_high - bounds[segment] * (high - low)) / 2
-        if lowest < floor():
-            heapq.heappush(intervals, (lowest, segment, low, high, at_low, at_high))
+class _Search:
+    """See `path_min_clearance`."""
 
-    def floor() -> float:
-        return max(least - tolerance, tolerance / 2)
+    def __init__(
+        self,
+        clearance: Clearance,
+        waypoints: Array,
+        bounds: Sequence[float],
+        tolerance: float,
+        most_queries: float,
+    ) -> None:
+        self._clearance = clearance
+        self._waypoints = waypoints
+        self._bounds = bounds
+        self._along = np.concatenate([[0.0], np.cumsum(bounds)])  # at most so far, by waypoint
+        self._tolerance = tolerance
+        self._left = most_queries
+        self._least = math.inf
+        self._intervals: list[_Interval] = []
 
-    for segment in range(len(bounds)):
-        add(segment, 0.0, 1.0, known[segment], known[segment + 1])
-    while intervals:
-        lowest, segment, low, high, at_low, at_high = heapq.heappop(intervals)
-        if lowest >= floor():
-            break
-        a, b = waypoints[segment], waypoints[segment + 1]
-        meeting = (low + high) / 2 + (at_low - at_high) / (2 * bounds[segment])
-        # Rounding may put the meeting point on an end, where splitting would gain nothing.
-        t = min(max(meeting, low + 0.05 * (high - low)), high - 0.05 * (high - low))
-        distance = clearance(a + t * (b - a))
-        least = min(least, distance)
-        if distance <= tolerance:
-            return distance
-        add(segment, low, t, at_low, distance)
-        add(segment, t, high, distance, at_high)
-    return least
+    def least(self) -> float:
+        """The least clearance, or one that refutes the path."""
+        last = len(self._waypoints) - 1
+        stride = max(1, math.ceil(last / FIRST_QUERIES))
+        knots = [*range(0, last, stride), last]
+        known = [self._at(self._waypoints[i]) for i in knots]
+        if self._least <= self._tolerance:
+            return self._least
+        for (begin, end), ends in zip(pairwise(knots), pairwise(known), strict=True):
+            self._add(begin, end - 1, 0.0, 1.0, *ends)
+        while self._intervals:
+            interval = heapq.heappop(self._intervals)
+            lowest = interval[0]
+            if lowest >= self._floor():
+                break
+            if self._left <= 0:
+                return self._so_far(lowest)
+            self._split(*interval[1:])
+            if self._least <= self._tolerance:
+                break
+        return self._least
+
+    def _so_far(self, lowest: float) -> float:
+        """What is proved, when nothing is lower than `lowest`."""
+        if lowest < self._tolerance / 2:
+            raise UndecidedError
+        return min(self._least, lowest + self._tolerance)
+
+    def _at(self, q: Array) -> float:
+        if self._left <= 0:
+            raise UndecidedError
+        self._left -= 1
+        distance = self._clearance(q)
+        self._least = min(self._least, distance)
+        return distance
+
+    def _floor(self) -> float:
+        return max(self._least - self._tolerance, self._tolerance / 2)
+
+    def _add(
+        self, first: int, last: int, low: float, high: float, at_low: float, at_high: float
+    ) -> None:
+        """Notes an interval from `low` on segment `first` to `high` on segment `last`, if it is to
+        be looked at; of several segments it holds the whole."""
+        lowest = (at_low + at_high - self._reach(first, last, low, high)) / 2
+        if lowest < self._floor():
+            interval = (lowest, first, last, low, high, at_low, at_high)
+            heapq.heappush(self._intervals, interval)
+
+    def _reach(self, first: int, last: int, low: float, high: float) -> float:
+        if first == last:
+            return self._bounds[first] * (high - low)
+        return float(self._along[last + 1] - self._along[first])
+
+    def _split(
+        self, first: int, last: int, low: float, high: float, at_low: float, at_high: float
+    ) -> None:
+        """Asks where the cones meet; among several segments, at a waypoint near there."""
+        if first == last:
+            a, b = self._waypoints[first], self._waypoints[first + 1]
+            meeting = (low + high) / 2 + (at_low - at_high) / (2 * self._bounds[first])
+            # Rounding may put the meeting point on an end, where splitting would gain nothing.
+            t = min(max(meeting, low + 0.05 * (high - low)), high - 0.05 * (high - low))
+            distance = self._at(a + t * (b - a))
+            self._add(first, last, low, t, at_low, distance)
+            self._add(first, last, t, high, distance, at_high)
+            return
+        reach = self._reach(first, last, low, high)
+        share = min(max((reach + at_low - at_high) / (2 * reach), 0.05), 0.95)
+        place = self._along[first] + share * reach
+        middle = int(np.searchsorted(self._along, place))
+        middle = min(max(middle, first + 1), last)
+        distance = self._at(self._waypoints[middle])
+        self._add(first, middle - 1, 0.0, 1.0, at_low, distance)
+        self._add(middle, last, 0.0, 1.0, distance, at_high)

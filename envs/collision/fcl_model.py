@@ -135,14 +135,26 @@ class CollisionModel:
         bound = self.robot.motion_bound(a, b)
         return continuous.segment_is_free(self.clearance, a, b, bound, self.tolerance)
 
-    def min_clearance(self, waypoints: Array) -> float:
+    def min_clearance(self, waypoints: Array, most_queries: float = np.inf) -> float:
         """The least clearance along a path of waypoints (k, d), to within `self.tolerance`.
 
         The path is proved free exactly if the result is above `self.tolerance`.
         See `continuous.path_min_clearance`.
+
+        Raises:
+            UndecidedError: `most_queries` are not enough.
         """
-        bounds = [self.robot.motion_bound(a, b) for a, b in pairwise(waypoints)]
-        return continuous.path_min_clearance(self.clearance, waypoints, bounds, self.tolerance)
+        return continuous.path_min_clearance(
+            self.clearance, waypoints, self._speeds(waypoints), self.tolerance, most_queries
+        )
+
+    def _speeds(self, waypoints: Array) -> Sequence[float]:
+        """Bounds on the speed of any point, by segment; of very many segments coarser ones."""
+        if len(waypoints) > continuous.FIRST_QUERIES:
+            lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
+            coarse: list[float] = (self.robot.rate_bound * lengths).tolist()
+            return coarse
+        return [self.robot.motion_bound(a, b) for a, b in pairwise(waypoints)]
 
     def _touches(self, manager: Any, body: int) -> bool:
         data = fcl.CollisionData()

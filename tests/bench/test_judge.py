@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import envs
-from bench.judge import Judge
+from bench.judge import MOST_WAYPOINTS, Judge, Judgement
 from bench.record import Verdict
 from envs import Problem
 
@@ -101,3 +101,62 @@ def test_the_verdict_follows_the_clearance(gap: float) -> None:
     if gap > 1.0001e-3:
         assert judged.verdict is Verdict.VALID
         assert judged.safety_margin == pytest.approx(min(gap, 0.49), abs=1.01e-3)
+
+
+def there_and_back(times: int, gap: float) -> np.ndarray:
+    """Along a face of the box, again and again."""
+    x, z = (BOX.sides[[0, 2]] / 2).tolist()
+    away = x + ENV.robot.radius + gap
+    return BOX.center + np.array([[away, 0, (-1) ** i * 0.9 * z] for i in range(times)])
+
+
+def verdict_of(path: np.ndarray) -> Judgement:
+    return JUDGE(Problem(path[0], path[-1]), path)
+
+
+def test_a_path_of_more_waypoints_than_anybody_needs_is_not_judged() -> None:
+    path = np.repeat(START[None], MOST_WAYPOINTS + 1, axis=0)
+    judged = verdict_of(path)
+    assert judged.verdict is Verdict.NOT_JUDGED
+    assert f"it has {MOST_WAYPOINTS + 1} waypoints" in judged.reason
+    assert judged.safety_margin is None
+
+
+def test_a_path_longer_than_anybody_needs_is_not_judged() -> None:
+    judged = verdict_of(np.array([ENV.lower, ENV.upper] * 51))
+    assert judged.verdict is Verdict.NOT_JUDGED
+    assert "longer than 100 times" in judged.reason
+
+
+def test_a_path_that_cannot_be_decided_in_time_is_not_judged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("bench.judge._MOST_QUERIES", 3000)
+    for gap in (1.01e-3, 1.2e-3):
+        judged = verdict_of(there_and_back(100, gap))
+        assert judged.verdict is Verdict.NOT_JUDGED
+        assert "3000 configurations on it do not decide" in judged.reason
+    assert verdict_of(there_and_back(100, -1e-3)).verdict is Verdict.COLLISION
+    proved = verdict_of(there_and_back(100, 0.5))
+    assert proved.verdict is Verdict.VALID
+    assert proved.safety_margin is not None
+    assert 0.4 < proved.safety_margin <= 0.5 + 1e-3, "never above the truth by more than that"
+
+
+@pytest.mark.parametrize("gap", [1.01e-3, 2e-3, 0.3])
+def test_what_keeps_just_above_the_tolerance_all_the_way_is_decided(gap: float) -> None:
+    judged = verdict_of(there_and_back(4, gap))
+    assert judged.verdict is Verdict.VALID
+    assert judged.safety_margin == pytest.approx(gap, abs=1e-3)
+
+
+def test_dense_paths_are_judged_as_thin_ones_are() -> None:
+    thin = around(0.3)
+    t = np.linspace(0, len(thin) - 1, 60_000)
+    dense = np.column_stack([np.interp(t, np.arange(len(thin)), axis) for axis in thin.T])
+    dense[0], dense[-1] = START, GOAL
+    one, other = JUDGE(PROBLEM, thin), JUDGE(PROBLEM, dense)
+    assert other.verdict is one.verdict is Verdict.VALID
+    assert other.safety_margin == pytest.approx(one.safety_margin, abs=1e-3)
+    assert other.length == pytest.approx(one.length, rel=1e-3)
+    assert other.travel_time == pytest.approx(one.travel_time, rel=1e-3)

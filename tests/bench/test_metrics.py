@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from bench.metrics import path_length, smoothness, travel_time
+from bench.metrics import MOST_PIECES, path_length, smoothness, travel_time
 from planners import ompl_import
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]], float)
@@ -31,6 +31,13 @@ def test_travel_time_up_a_ramp_of_speed() -> None:
     """S = 1 + x from 0 to 3: the integral of dx / (1 + x) is ln 4."""
     found = travel_time(np.array([[0.0], [3.0]]), lambda q: 1 + q[:, 0], 1e-3)
     assert found == pytest.approx(math.log(4), rel=1e-6)
+
+
+def test_travel_time_of_more_pieces_than_are_summed() -> None:
+    """The same integral, back and forth, by waypoints that lie closer than the spacing."""
+    there = np.linspace(0, 3, 2 * MOST_PIECES)[:, None]
+    found = travel_time(np.vstack([there, there[::-1]]), lambda q: 1 + q[:, 0], 1e-3)
+    assert found == pytest.approx(2 * math.log(4), rel=1e-6)
 
 
 def test_smoothness_of_right_angles() -> None:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from bench.record import KEY, Record, decode_path, encode_path, outcome
-from bench.store import Store, StoredRecords
+from bench.store import FORCED_EVERY_S, Store, StoredRecords
 from envs import InputError
 
 PATH = np.array([[0.0, 1], [2, 3], [4, 5]])
@@ -92,6 +96,55 @@ def test_threads_may_put_at_once(tmp_path: Path) -> None:
         for thread in threads:
             thread.join()
         assert store.records(["f"], 7, "s")["problem"].tolist() == list(range(200))
+
+
+PUT_AND_DIE = """
+import os, signal, sys
+from pathlib import Path
+from records import row
+from bench.record import Record
+from bench.store import Store
+store = Store(Path(sys.argv[1]))
+for problem in range(30):
+    store.put(Record(**row("p", problem, "TIMEOUT")))
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_what_was_put_outlives_a_process_that_is_killed_at_once(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", PUT_AND_DIE, str(tmp_path)],
+        check=False,
+        cwd=Path(__file__).parents[1],
+    )
+    assert done.returncode == -signal.SIGKILL
+    with StoredRecords(tmp_path) as store:
+        assert store.records(["f"], 0, "s")["problem"].tolist() == list(range(30))
+
+
+def test_rows_are_forced_to_the_disk_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One by one they would be at the disk's pace, some tens a second."""
+    done: list[str] = []
+
+    def forced() -> int:
+        count = sum("synchronous = FULL" in statement for statement in done)
+        done.clear()
+        return count
+
+    with Store(tmp_path) as store:
+        store._connection.set_trace_callback(done.append)
+        begin = time.monotonic()
+        for problem in range(100):
+            store.put(replace(RECORD, problem=problem))
+        assert 1 <= forced() <= 1 + (time.monotonic() - begin) / FORCED_EVERY_S
+        store.put_session("r", {})
+        store.put_selection({})
+        assert forced() == 2, "what rows belong to is there before them"
+        monkeypatch.setattr("bench.store.FORCED_EVERY_S", 0.0)
+        store.put(RECORD)
+        assert forced() == 1, "of slow planners every row is"
 
 
 def test_a_store_without_a_run_says_so(tmp_path: Path) -> None:

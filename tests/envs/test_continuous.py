@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 import envs
-from envs.collision.continuous import path_min_clearance, segment_is_free
+from envs.collision.continuous import (
+    FIRST_QUERIES,
+    UndecidedError,
+    path_min_clearance,
+    segment_is_free,
+)
 from envs.collision.fcl_model import PLANNING_TOLERANCE, CollisionModel
 from envs.collision.shapes import Box
 from envs.robots.point import PointRobot
@@ -74,6 +79,64 @@ def test_a_robot_moved_by_its_bound_only() -> None:
         assert segment_is_free(model.clearance, a, b, bound, TOLERANCE)
         found = path_min_clearance(model.clearance, np.array([a, b]), [bound], TOLERANCE)
         assert found == pytest.approx(0.5, abs=TOLERANCE)
+
+
+def dense(path: np.ndarray, number: int) -> np.ndarray:
+    """A path (k, d) by so many waypoints."""
+    t = np.linspace(0, len(path) - 1, number)
+    return np.column_stack([np.interp(t, np.arange(len(path)), axis) for axis in path.T])
+
+
+@pytest.mark.parametrize("number", [FIRST_QUERIES, FIRST_QUERIES + 1, 45_678, 300_000])
+def test_very_many_waypoints_need_not_all_be_asked_about(number: int) -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(3):
+        path = rng.uniform(-5, 5, (6, 3))
+        model, thin = one_box(), one_box().min_clearance(path)
+        found = model.min_clearance(dense(path, number))
+        assert (found > TOLERANCE) == (thin > TOLERANCE)
+        assert model.checks < 2 * FIRST_QUERIES
+        if thin > TOLERANCE:
+            assert found == pytest.approx(thin, abs=2 * TOLERANCE)
+
+
+def test_one_waypoint_in_collision_among_very_many_is_found() -> None:
+    for where in (1, 12_345, 99_998):
+        path = dense(np.array([[-5.0, 2, 0], [5, 2, 0]]), 100_000)
+        path[where] = 0.9, 0.9, 0.9
+        assert one_box().min_clearance(path) <= TOLERANCE
+
+
+def along_a_wall(gap: float, most_queries: float) -> float:
+    """What is found of a kilometre along a wall, in metres."""
+    path = np.array([[0.0, gap], [1000.0, gap]])
+    return path_min_clearance(lambda q: float(q[1]), path, [1000.0], TOLERANCE, most_queries)
+
+
+def test_far_from_obstacles_even_a_long_path_is_proved_free_with_few_queries() -> None:
+    for gap in (0.5, 1.0, 20.0):
+        found = along_a_wall(gap, 3000)
+        assert TOLERANCE < found <= gap + TOLERANCE
+
+
+def test_what_cannot_be_decided_with_few_queries_is_said_not_to_be() -> None:
+    for gap in (1.01e-3, 0.01):
+        with pytest.raises(UndecidedError):
+            along_a_wall(gap, 3000)
+    with pytest.raises(UndecidedError):
+        one_box().min_clearance(np.full((100, 3), 3.0), 99)
+    assert one_box().min_clearance(np.full((100, 3), 3.0), 100) > 1
+    assert one_box().min_clearance(np.full((1, 3), 3.0), 1) > 1
+
+
+def test_what_decides_is_in_proportion_to_the_reach() -> None:
+    """With the number that the docstring gives, whatever keeps more than the tolerance is
+    accepted."""
+    for gap in (1.0001e-3, 1.5e-3, 2e-3, 4e-3, 0.1):
+        path = np.array([[0.0, gap], [7.3, gap + 1e-3]])
+        most = 100 + 2 * 7.3 / TOLERANCE
+        found = path_min_clearance(lambda q: float(q[1]), path, [7.3001], TOLERANCE, most)
+        assert found == pytest.approx(gap, abs=TOLERANCE)
 
 
 def test_the_tolerance_must_be_positive() -> None:
