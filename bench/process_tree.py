@@ -31,8 +31,8 @@ def _children(pid: int) -> list[int]:
         return []
     found: list[int] = []
     with contextlib.suppress(OSError):  # it has ended
-        for task in os.scandir(f"/proc/{pid}/task"):
-            with open(f"{task.path}/children", "rb") as children:  # noqa: PTH123  ten times as fast
+        for task in os.listdir(f"/proc/{pid}/task"):  # noqa: PTH208  on each attempt
+            with open(f"/proc/{pid}/task/{task}/children", "rb") as children:  # noqa: PTH123
                 found += map(int, children.read().split())
     return found
 

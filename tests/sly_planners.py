@@ -5,6 +5,7 @@ Each takes what it does from the problem's index, so that a test needs one proce
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import subprocess
@@ -259,29 +260,26 @@ def _nested(depth: int) -> list[Any]:
 
 
 class SpeaksWrongly(Planner):
-    """Changes how the worker tells the time or talks, by the problem's index."""
+    """Has the worker say other times than passed, by the problem's index."""
 
-    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+    SAYS: tuple[Any, ...] = (-5.0, 1e9, 0.0, "soon", math.nan, 10**400)
+
+    def setup(self, env: Environment, *, seed: int) -> None:
         import bench.worker as worker
 
-        if problem.index == 0:
-            worker._Timed.__exit__ = _says(worker._Timed.__exit__, -5.0)
-        if problem.index == 1:
-            worker._Timed.__exit__ = _says(worker._Timed.__exit__, 1e9)
-        if problem.index == 2:
-            work()
-            worker._Timed.__exit__ = _says(worker._Timed.__exit__, 0.0)
-        if problem.index == 3:
-            worker._Timed.__exit__ = _says(worker._Timed.__exit__, "soon")
+        true = worker._Timed.__exit__
+
+        def end(timed: Any, *error: object) -> None:
+            true(timed, *error)
+            timed.seconds = self._says
+
+        self._says: Any = -1.0
+        worker._Timed.__exit__ = end
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        self._says = self.SAYS[problem.index]
+        work()
         return PlannerResult(Status.EXACT_SOLUTION, [problem.start, problem.goal])
-
-
-def _says(true: Callable[..., None], seconds: Any) -> Callable[..., None]:
-    def end(self: Any, *error: object) -> None:
-        true(self, *error)
-        self.seconds = seconds
-
-    return end
 
 
 class DiesOfAnUnnamedSignal(Planner):

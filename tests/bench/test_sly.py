@@ -1,9 +1,11 @@
-"""Work off the clock, things left running, and what cannot be kept: told from a worker's answers."""
+"""Work off the clock, things left running, what cannot be kept: told from a worker's answers."""
 
 from __future__ import annotations
 
+import json
 import math
 import os
+import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -96,9 +98,6 @@ def test_what_cannot_be_kept_is_left_out_with_a_note(c3d: Environment) -> None:
 
 
 def _check_storable(attempt: Attempt) -> None:
-    import json
-    import sqlite3
-
     checks = attempt.stats.get("collision_checks")
     row = (attempt.error, json.dumps(attempt.stats), checks, encode_path(attempt.path))
     with sqlite3.connect(":memory:") as store:
@@ -109,14 +108,12 @@ def _check_storable(attempt: Attempt) -> None:
 
 def test_a_worker_may_say_no_time_but_the_harnesss(c3d: Environment) -> None:
     with worker(c3d, sly_planners.SpeaksWrongly) as asked:
-        for i in range(4):
+        for i, said in enumerate(sly_planners.SpeaksWrongly.SAYS):
             attempt = solve(asked, i)
             assert attempt.status == "EXACT_SOLUTION", attempt
             assert attempt.solve_s is not None
-            assert 0 <= attempt.solve_s < 5
+            assert 0.7 * WORK_S <= attempt.solve_s < 5, said
             assert "it said that it took" in attempt.error
-            if i == 2:
-                assert attempt.solve_s >= 0.7 * WORK_S
 
 
 def test_costs_are_the_attempts_own(c3d: Environment) -> None:
