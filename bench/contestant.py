@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any, Protocol
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 from bench import machine
 from bench.judge import Judgement
 from bench.process import Attempt, SetUp, WorkerProcess
 from bench.record import Fault, Record, Verdict
-from bench.suite import Arena, Suite
-from envs import Problem
+from bench.session import Costs, Session
+from bench.suite import Arena, Suite, on_device
+from envs import InputError, Problem
 from envs.registry import Entry
 from envs.seeding import derived_seed
 from planners import Planner
 
+_OTHER_WEIGHTS = (
+    "the weights were replaced while the run went on; run again to measure the new ones"
+)
+
 SETUP_LIMIT_S = 3600.0
 """A planner whose `setup` takes longer is killed."""
-
-
-class Costs(Protocol):
-    """Where time spent setting up is added."""
-
-    setup_s: float
 
 
 class Contestant:
@@ -34,8 +35,12 @@ class Contestant:
     which is set up again.
 
     Args:
-        costs: where seconds of setting up are added.
+        session: where seconds of setting up are added.
         unready: why it cannot be set up, if it cannot.
+
+    Attributes:
+        weights: the digest of those that it plans with. Files that others have taken the place of
+            when it is set up again are not used.
     """
 
     def __init__(
@@ -43,15 +48,16 @@ class Contestant:
         arena: Arena,
         planner: Entry[Planner],
         suite: Suite,
-        costs: Costs,
+        session: Session,
         unready: SetUp | None = None,
     ) -> None:
         self.id = planner.id
+        self.weights = arena.weights(planner)
         self.stopped = False
         self._arena = arena
         self._planner = planner
         self._suite = suite
-        self._costs = costs
+        self._session = session
         self._worker: WorkerProcess | None = None
         self._set_up = unready
         self._given_up = unready is not None
@@ -64,6 +70,11 @@ class Contestant:
         if set_up.fault or self._worker is None:
             return Attempt(set_up.fault, None, error=f"setup: {set_up.error}")
         return self._worker.solve(problem, self._suite.time_limit_s, stop_cost)
+
+    def confine(self, cpus: Sequence[int]) -> None:
+        """Lets its process run on some processors only; see `machine.confine_process`."""
+        if self._worker is not None and self._worker.alive:
+            machine.confine_process(self._worker.pid, cpus)
 
     def stop(self) -> None:
         """Ends the process, also while it is working."""
@@ -84,7 +95,7 @@ class Contestant:
             env_fingerprint=self._arena.env.fingerprint,
             planner=self.id,
             planner_version=self._planner.spec.version,
-            weights="",
+            weights=self.weights,
             problem=problem.index,
             problems_seed=self._suite.seed,
             settings=self._suite.settings_digest,
@@ -129,13 +140,15 @@ class Contestant:
         """How setting up went in a new process."""
         self._worker = WorkerProcess(
             self._arena.entry,
-            self._planner,
+            on_device(self._planner, self._suite.device),
             self._arena.env.fingerprint,
             self._suite.memory_limit_mb,
         )
         seed = derived_seed("planner setup", self._suite.seed)
         set_up = self._worker.set_up(seed, SETUP_LIMIT_S)
-        self._costs.setup_s += set_up.setup_s
+        self._session.add(Costs(setup_s=set_up.setup_s))
+        if not set_up.fault and self._weights_now() != self.weights:
+            set_up = replace(set_up, fault=Fault.ERROR.value, error=_OTHER_WEIGHTS)
         if set_up.fault:
             self._worker.close()
             return set_up
@@ -144,6 +157,13 @@ class Contestant:
             self._worker.solve(self._arena.warm_up, self._suite.time_limit_s, math.inf)
             self._survives_warm_up = self._alive()
         return set_up if self._alive() else self._started()
+
+    def _weights_now(self) -> str | None:
+        """The digest of what a process that was just set up has read; None if it is gone."""
+        try:
+            return self._arena.weights(self._planner)
+        except InputError:
+            return None
 
     def _alive(self) -> bool:
         return self._worker is not None and self._worker.alive

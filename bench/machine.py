@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import platform
 import subprocess
+from collections.abc import Sequence
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -38,6 +40,54 @@ def _usable_cpus() -> list[int]:
     if hasattr(os, "sched_getaffinity"):
         return sorted(os.sched_getaffinity(0))
     return list(range(os.cpu_count() or 1))
+
+
+def shares(number: int) -> list[tuple[int, ...]]:
+    """Logical processors for each of a number of planners at a time: equal numbers of whole cores,
+    that none of the others uses. Empty tuples, for any processor, if there is only one planner, or
+    the system does not say or does not have enough."""
+    cores = _usable_cores()
+    each = len(cores) // number
+    if number == 1 or each == 0 or not hasattr(os, "sched_setaffinity"):
+        return [()] * number
+    chosen = [cores[i * each : (i + 1) * each] for i in range(number)]
+    return [tuple(cpu for core in share for cpu in core) for share in chosen]
+
+
+def _usable_cores() -> list[tuple[int, ...]]:
+    """The logical processors that this process may use, those of one core together."""
+    usable = set(_usable_cpus())
+    cores = {tuple(sorted(usable & _siblings(cpu))) for cpu in usable}
+    return sorted(cores)
+
+
+def _siblings(cpu: int) -> set[int]:
+    """The logical processors of the core that one belongs to; itself where that is not known."""
+    file = Path(f"/sys/devices/system/cpu/cpu{cpu}/topology/thread_siblings_list")
+    try:
+        listed = file.read_text()
+    except OSError:
+        return {cpu}
+    ends = [part.partition("-") for part in listed.strip().split(",")]
+    return {cpu for low, _, high in ends for cpu in range(int(low), int(high or low) + 1)} | {cpu}
+
+
+def confine_thread(cpus: Sequence[int]) -> None:
+    """Lets this thread, and what it starts, run on some processors only; on none: on any."""
+    if cpus:
+        os.sched_setaffinity(0, cpus)
+
+
+def confine_process(pid: int, cpus: Sequence[int]) -> None:
+    """The same for all threads of another process and of those that it started."""
+    if not cpus:
+        return
+    with contextlib.suppress(psutil.Error):  # it has ended
+        process = psutil.Process(pid)
+        for one in (process, *process.children(recursive=True)):
+            for thread in one.threads():
+                with contextlib.suppress(OSError):  # so has this one
+                    os.sched_setaffinity(thread.id, cpus)
 
 
 def describe() -> dict[str, Any]:

@@ -127,6 +127,11 @@ class WorkerProcess:
         return not self._closed
 
     @property
+    def pid(self) -> int:
+        """Of the process, by the system's numbers."""
+        return self._process.pid
+
+    @property
     def exit_code(self) -> int | None:
         """As of a finished process: 0 if it ended of itself after its last answer."""
         return self._process.returncode

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
+import threading
 from collections import Counter
 from time import monotonic
 from typing import NoReturn
@@ -18,7 +19,7 @@ _INTERVAL_S = 10.0
 
 
 class Progress:
-    """Counts attempts and verified successes a planner.
+    """Counts attempts and verified successes a planner; several threads may add some at once.
 
     Args:
         total: the number of attempts to come.
@@ -32,9 +33,14 @@ class Progress:
         on_terminal = sys.stderr.isatty()
         self._bar = tqdm(total=total, unit="problem", disable=not on_terminal, dynamic_ncols=True)
         self._lines = not on_terminal
+        self._lock = threading.Lock()
 
     def add(self, record: Record) -> None:
         """Counts one attempt."""
+        with self._lock:
+            self._count(record)
+
+    def _count(self, record: Record) -> None:
         name = f"{record.env} {record.planner}"
         self._done[name] += 1
         self._solved[name] += record.outcome == Verdict.VALID.value

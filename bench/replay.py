@@ -17,13 +17,14 @@ from bench.contestant import Contestant
 from bench.judge import Judge
 from bench.record import decode_path, encode_path, outcome
 from bench.report.recorded import RecordedRun
-from bench.runner import Session
-from bench.suite import Arena, StopRule, Suite
+from bench.session import Session
+from bench.suite import CPU, Arena, StopRule, Suite, on_device
 from envs import Environment, InputError
 from envs.errors import UnknownNameError
 from envs.problem import Array
 from envs.registry import Entry
 from planners import Planner
+from planners.learned import checked_device
 
 _SHOWN = ("outcome", "status", "verdict", "solve_s", "length", "safety_margin", "waypoints")
 """Columns of the two rows that are printed."""
@@ -97,7 +98,7 @@ def replay(folder: Path, planner: str, problem: int, env: str | None = None) -> 
     suite = _suite(selection, arena, who, problem)
     stop_cost = suite.stop.stop_cost(_reference_length(suite.stop, attempts, problem))
     now = _attempted(suite, stop_cost)
-    return Replay(then, now, tuple(_notes(then, who)))
+    return Replay(then, now, tuple(_notes(then, now, who)))
 
 
 def _arena_of(selection: Mapping[str, Any], env: str | None, folder: Path) -> Mapping[str, Any]:
@@ -165,6 +166,7 @@ def _suite(selection: Mapping[str, Any], arena: Arena, planner: Entry[Planner], 
         settings["jobs"],
         settings["memory_limit_mb"],
         train=False,
+        device=checked_device(settings.get("device", CPU)),
     )
     if suite.settings != settings:
         old = settings["rules"]
@@ -185,7 +187,8 @@ def _attempted(suite: Suite, stop_cost: float) -> Mapping[str, Any]:
     """The new row."""
     [arena], [planner] = suite.arenas, suite.planners
     [problem] = arena.problems
-    unready = training.unready(arena.entry, planner, may_train=False)
+    wanted = on_device(planner, suite.device)
+    unready = training.unready(arena.entry, wanted, arena.shown, may_train=False)
     contestant = Contestant(arena, planner, suite, Session(), unready)
     try:
         attempt = contestant.attempt(problem, stop_cost)
@@ -216,11 +219,15 @@ def _told(waypoint: Array) -> str:
     return f"({', '.join(f'{value:.17g}' for value in waypoint)})"
 
 
-def _notes(then: Mapping[str, Any], planner: Entry[Planner]) -> Sequence[str]:
+def _notes(
+    then: Mapping[str, Any], now: Mapping[str, Any], planner: Entry[Planner]
+) -> Sequence[str]:
     notes = []
     if planner.spec.version != then["planner_version"]:
         old, new = then["planner_version"], planner.spec.version
         notes.append(f"{planner.id} was another version: {old}, and is {new}")
+    if then["weights"] not in ("", now["weights"]):
+        notes.append(f"{planner.id} has other weights than it had then")
     if planner.spec.not_repeatable:
         notes.append(f"{planner.id} is not repeatable: {planner.spec.not_repeatable}")
     return notes

@@ -3,59 +3,27 @@
 from __future__ import annotations
 
 import logging
-import threading
-import uuid
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field
-from datetime import datetime, timezone
 from functools import cached_property
 from time import monotonic
-from typing import Any
 
-from bench import machine, training
+from bench import training
 from bench.contestant import Contestant
 from bench.judge import Judge
 from bench.process import Attempt
 from bench.progress import Progress
 from bench.record import Fault, Record, encode_path, outcome
+from bench.session import BLOCK, Costs, Session, now
+from bench.slots import Slots
 from bench.store import Store
-from bench.suite import Arena, Suite
+from bench.suite import Arena, Suite, on_device
 from envs import Problem
 from envs.registry import Entry
 from envs.seeding import stream
 from planners import Planner
 
 logger = logging.getLogger(__name__)
-
-BLOCK = 10
-"""Problems after which the order of the planners is drawn anew."""
-
-
-@dataclass
-class Session:
-    """The costs of measuring, summed over what one call of `run` measured."""
-
-    run_id: str = field(default_factory=lambda: uuid.uuid4().hex[:12])
-    started: str = field(default_factory=lambda: _now())
-    attempts: int = 0
-    setup_s: float = 0.0
-    solve_s: float = 0.0
-    judge_s: float = 0.0
-    wall_s: float = 0.0
-
-    def described(self, suite: Suite) -> dict[str, Any]:
-        """JSON data for store and manifest, the share of overhead included."""
-        costs = {k: round(v, 3) if isinstance(v, float) else v for k, v in vars(self).items()}
-        overhead = 1 - (self.setup_s + self.solve_s) / (self.wall_s * suite.jobs)
-        return {
-            **costs,
-            "overhead_share": round(overhead, 4),
-            "jobs": suite.jobs,
-            "order": {"seed": suite.seed, "shuffled_every": BLOCK},
-            "settings": suite.settings,
-            **machine.describe(),
-        }
 
 
 def run(
@@ -77,20 +45,22 @@ def run(
     begin = monotonic() - started_s
     session = Session()
     stages = [_Stage(suite, arena, store, session, force) for arena in suite.arenas]
-    total = sum(len(stage.open) for stage in stages)
-    if total == 0:
+    if not any(stage.open for stage in stages):
         return
     _announce_training(stages)
     for stage in stages:
         stage.prepare()
-    progress = Progress(total)
+    for stage in stages:  # not before all are: one training may give several planners weights
+        stage.enter()
+    store.put_selection(suite.selection())
+    progress = Progress(sum(len(stage.open) for stage in stages))
     try:
         for stage in stages:
             stage.run(progress)
     finally:
         progress.close()
         session.wall_s = monotonic() - begin
-        if session.attempts:
+        if session.costs.attempts:
             store.put_session(session.run_id, session.described(suite))
 
 
@@ -113,52 +83,67 @@ class _Stage:
         self._arena = arena
         self._store = store
         self._session = session
-        self._fingerprint = arena.env.fingerprint
-        self._judge = Judge(arena.env)
-        self._lock = threading.Lock()  # one result at a time is judged and stored
-        held = store.records(
-            [self._fingerprint], suite.seed, suite.settings_digest, suite.planner_versions
+        self._force = force
+        self._reference_lengths: dict[int, float] = {}
+        self._look()
+
+    def _look(self) -> None:
+        """Sees what the store holds of what was asked for, by the weights that there are now."""
+        self._weights = {p.id: self._arena.weights(p) for p in self._suite.planners}
+        fingerprint = self._arena.env.fingerprint
+        held = self._store.records(
+            [fingerprint],
+            self._suite.seed,
+            self._suite.settings_digest,
+            self._suite.planner_versions,
+            {fingerprint: self._weights},
         )
-        reference = suite.stop.reference
         tried = held[held["status"] != Fault.SKIPPED.value]
-        done = set() if force else set(zip(tried["planner"], tried["problem"], strict=True))
+        done = set() if self._force else set(zip(tried["planner"], tried["problem"], strict=True))
         self.open = {
             (planner.id, index)
-            for planner in suite.planners
-            for index in range(suite.problems)
+            for planner in self._suite.planners
+            for index in range(self._suite.problems)
             if (planner.id, index) not in done
         }
-        by_reference = (
-            held[(held["planner"] == reference.id) & (held["solved"] == 1)]
-            if reference
-            else held[:0]
-        )
-        self._reference_lengths: dict[int, float] = dict(
-            zip(by_reference["problem"], by_reference["length"], strict=True)
-        )
+        reference = self._suite.stop.reference
+        if reference:
+            of_reference = held[(held["planner"] == reference.id) & (held["solved"] == 1)]
+            lengths = zip(of_reference["problem"], of_reference["length"], strict=True)
+            self._reference_lengths = dict(lengths)
 
     @cached_property
     def minutes_of_training(self) -> float:
         """About how long `prepare` takes, by what has weights when it is first asked."""
         if not self._suite.train:
             return 0.0
-        return sum(training.expected_minutes(self._arena.entry, p) for p in self._contesting())
+        return sum(training.expected_minutes(p, self._arena.shown) for p in self._contesting())
 
     def prepare(self) -> None:
         """Trains what has to be trained."""
         begin, trains = monotonic(), self.minutes_of_training > 0
-        self._contestants = {
-            planner.id: Contestant(
-                self._arena,
-                planner,
-                self._suite,
-                self._session,
-                training.unready(self._arena.entry, planner, may_train=self._suite.train),
+        self._unready = {
+            planner.id: training.unready(
+                self._arena.entry,
+                on_device(planner, self._suite.device),
+                self._arena.shown,
+                may_train=self._suite.train,
             )
             for planner in self._contesting()
         }
         if trains:
-            self._session.setup_s += monotonic() - begin
+            self._session.add(Costs(setup_s=monotonic() - begin))
+
+    def enter(self) -> None:
+        """Has everybody ready to begin."""
+        if any(self._arena.weights(p) != self._weights[p.id] for p in self._suite.planners):
+            self._look()
+        self._contestants = {
+            planner.id: Contestant(
+                self._arena, planner, self._suite, self._session, self._unready.get(planner.id)
+            )
+            for planner in self._contesting()
+        }
 
     def _contesting(self) -> list[Entry[Planner]]:
         ids = {id for id, _ in self.open}
@@ -167,7 +152,11 @@ class _Stage:
     def run(self, progress: Progress) -> None:
         """Attempts all open problems."""
         contestants = self._contestants
-        pool = ThreadPoolExecutor(self._suite.jobs)
+        at_once = min(self._suite.jobs, len(contestants))
+        if not at_once:
+            return
+        self._slots = Slots(self._arena, self._suite.jobs, at_once)
+        pool = ThreadPoolExecutor(at_once)
         try:
             for number, begin in enumerate(range(0, self._suite.problems, BLOCK)):
                 block = self._arena.problems[begin : begin + BLOCK]
@@ -194,24 +183,26 @@ class _Stage:
     def _attempt_block(
         self, contestant: Contestant, block: Sequence[Problem], progress: Progress
     ) -> None:
-        for problem in block:
-            if (contestant.id, problem.index) not in self.open or contestant.stopped:
-                continue
-            stop_cost = self._suite.stop.stop_cost(self._reference_lengths.get(problem.index))
-            attempt = contestant.attempt(problem, stop_cost)
-            if contestant.stopped:
-                return  # the run is being interrupted: what came back is not a result
-            with self._lock:
-                record = self._judged(contestant, problem, attempt)
+        with self._slots.taken() as slot:
+            contestant.confine(slot.cpus)
+            for problem in block:
+                if (contestant.id, problem.index) not in self.open or contestant.stopped:
+                    continue
+                stop_cost = self._suite.stop.stop_cost(self._reference_lengths.get(problem.index))
+                attempt = contestant.attempt(problem, stop_cost)
+                if contestant.stopped:
+                    return  # the run is being interrupted: what came back is not a result
+                record = self._judged(slot.judge, contestant, problem, attempt)
                 self._store.put(record)
                 progress.add(record)
 
-    def _judged(self, contestant: Contestant, problem: Problem, attempt: Attempt) -> Record:
+    def _judged(
+        self, judge: Judge, contestant: Contestant, problem: Problem, attempt: Attempt
+    ) -> Record:
         begin = monotonic()
-        judged = self._judge(problem, attempt.path) if attempt.claims else None
-        self._session.judge_s += monotonic() - begin
-        self._session.attempts += 1
-        self._session.solve_s += attempt.solve_s or 0.0
+        judged = judge(problem, attempt.path) if attempt.claims else None
+        spent = monotonic() - begin
+        self._session.add(Costs(attempts=1, solve_s=attempt.solve_s or 0.0, judge_s=spent))
         verdict = judged.verdict.value if judged else ""
         what = outcome(attempt.status, verdict, attempt.solve_s, self._suite.time_limit_s)
         record = contestant.record(
@@ -220,7 +211,7 @@ class _Stage:
             judged,
             run_id=self._session.run_id,
             outcome=what,
-            measured_at=_now(),
+            measured_at=now(),
             path=encode_path(attempt.path),
         )
         reference = self._suite.stop.reference
@@ -237,7 +228,3 @@ def _finish(tasks: list[Future[None]]) -> None:
     done, _ = wait(tasks, return_when=FIRST_EXCEPTION)
     for task in done:
         task.result()
-
-
-def _now() -> str:
-    return datetime.now(timezone.utc).isoformat(timespec="seconds")

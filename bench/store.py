@@ -53,12 +53,15 @@ class StoredRecords:
         problems_seed: int,
         settings: str,
         versions: Mapping[str, int] | None = None,
+        weights: Mapping[str, Mapping[str, str]] | None = None,
     ) -> pd.DataFrame:
         """All records of some environments, a seed and a digest of settings, in order.
 
         Args:
             versions: of planners; what others or other versions of them did is left out. By
                 default nothing is.
+            weights: their digests by fingerprint and planner, "" where none is given; what was done
+                with others is left out. By default nothing is.
         """
         marks = ", ".join("?" * len(env_fingerprints))
         rows = self._rows(
@@ -69,6 +72,10 @@ class StoredRecords:
         found: pd.DataFrame = pd.DataFrame(rows, columns=list(COLUMNS))
         if versions is not None:
             found = found[found["planner_version"] == found["planner"].map(versions)]
+        if weights is not None:
+            whose = zip(found["env_fingerprint"], found["planner"], strict=True)
+            wanted = [weights.get(env, {}).get(planner, "") for env, planner in whose]
+            found = found[found["weights"] == wanted]
         return found
 
     def selection(self) -> dict[str, Any]:

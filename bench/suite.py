@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 import logging
 import math
@@ -22,6 +23,9 @@ logger = logging.getLogger(__name__)
 
 PAPER = "paper"
 """The stop rule of the paper's tables."""
+
+CPU = "cpu"
+"""The device that runs use unless another is asked for."""
 
 RULES = 1
 """Rises whenever the protocol or the judge changes what is measured."""
@@ -86,6 +90,7 @@ class Suite:
         problems: the number of problems in each arena.
         seed: of problems, planners and order.
         train: whether learned planners without weights are trained first.
+        device: of PyTorch, for planners that take one and were not given another.
     """
 
     arenas: tuple[Arena, ...]
@@ -97,16 +102,20 @@ class Suite:
     jobs: int
     memory_limit_mb: int
     train: bool = True
+    device: str = CPU
 
     @property
     def settings(self) -> dict[str, Any]:
         """Everything besides planner, environment and problem that a measurement depends on."""
+        # Not said of the CPU: what was measured before there was a choice still counts.
+        elsewhere = {} if self.device == CPU else {"device": self.device}
         return {
             "rules": RULES,
             "time_limit_s": self.time_limit_s,
             "stop": self.stop.text,
             "jobs": self.jobs,
             "memory_limit_mb": self.memory_limit_mb,
+            **elsewhere,
         }
 
     @property
@@ -128,6 +137,7 @@ class Suite:
                     "id": arena.entry.id,
                     "fingerprint": arena.env.fingerprint,
                     "census": arena.env.census(self.problems, self.seed),
+                    "weights": {entry.id: arena.weights(entry) for entry in self.planners},
                 }
                 for arena in self.arenas
             ],
@@ -144,20 +154,37 @@ class Suite:
 class Arena:
     """An environment of a run, made, with its problems.
 
-    `warm_up` is a problem of the same kind that is no test problem.
+    Attributes:
+        env: the harness's own, which makes the problems and judges; no planner gets to see it.
+        shown: another one, for what planners are asked in this process.
+        warm_up: a problem of the same kind that is no test problem.
     """
 
     entry: Entry[Environment]
     env: Environment
+    shown: Environment
     problems: tuple[Problem, ...]
     warm_up: Problem
 
     @staticmethod
-    def make(entry: Entry[Environment], problems: int, seed: int) -> Arena:
+    def make(
+        entry: Entry[Environment], problems: int, seed: int, shown: Environment | None = None
+    ) -> Arena:
         """Raises InputError if the environment cannot be made or has too few problems."""
         env = entry.make()
         [warm_up] = env.sample_problems(1, training_seed("warm-up", seed))
-        return Arena(entry, env, tuple(env.sample_problems(problems, seed)), warm_up)
+        tests = tuple(env.sample_problems(problems, seed))
+        return Arena(entry, env, shown or entry.make(), tests, warm_up)
+
+    def weights(self, planner: Entry[Planner]) -> str:
+        """The digest of the weights with which a planner plans here now, empty if it has none. What
+        was measured with others is not what is asked for.
+
+        Raises:
+            InputError: they cannot be read.
+        """
+        made = planner.make()
+        return made.weights_digest(self.shown) if made.unsupported(self.shown) is None else ""
 
 
 def make_suite(
@@ -171,13 +198,13 @@ def make_suite(
     jobs: int,
     memory_limit_mb: int,
     train: bool = True,
-    device: str = "cpu",
+    device: str = CPU,
 ) -> Suite:
     """Checks what was asked for.
 
     Planners chosen by a group ("all") are left out where they support none of the environments.
     The reference of a match rule is added if it is missing and any of the planners may improve on
-    its first solution. Learned planners run on `device`.
+    its first solution in any of the environments. Learned planners run on `device`.
 
     Raises:
         InputError: something is unknown or out of range.
@@ -189,24 +216,37 @@ def make_suite(
     checked_device(device)
     check_range("--memory-limit", memory_limit_mb, 256, 2**24)
     env_entries = envs.REGISTRY.entries(env)
-    # Not the arenas' own, which the judge uses: planners get to see these.
-    worlds = [entry.make() for entry in env_entries]
+    worlds = [entry.make() for entry in env_entries]  # to be shown to planners, see `Arena`
     chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
     text, told = _paper_rule(worlds) if stop == PAPER else (stop, [])
     rule = StopRule.parse(text)
-    named = {entry.id for entry in chosen}
-    needed = rule.reference is not None and any(entry.make().improves for entry in chosen)
-    added = [rule.reference] if rule.reference and needed and rule.reference.id not in named else []
-    told += [f"{entry.id} runs too, as the reference of --stop {stop}" for entry in added]
-    chosen = [*added, *(on_device(entry, device) for entry in chosen)]
+    added = []
+    if rule.reference is not None and any(_improves(entry, worlds) for entry in chosen):
+        added = [rule.reference] if rule.reference.id not in {e.id for e in chosen} else []
+        told += [f"{entry.id} runs too, as the reference of --stop {stop}" for entry in added]
+    elif rule.kind == "match":
+        told = []  # nobody is held to a length
+    chosen = [*added, *chosen]
     for entry in chosen:  # bad arguments and weights are refused before anything runs
         for world in worlds:
             check_weights(entry.make(), world)
-    arenas = tuple(Arena.make(entry, problems, seed) for entry in env_entries)
+    arenas = tuple(
+        Arena.make(entry, problems, seed, world)
+        for entry, world in zip(env_entries, worlds, strict=True)
+    )
     for line in told:  # not before: what is refused is refused in one line
         logger.info(line)
     return Suite(
-        arenas, tuple(chosen), problems, seed, time_limit_s, rule, jobs, memory_limit_mb, train
+        arenas,
+        tuple(chosen),
+        problems,
+        seed,
+        time_limit_s,
+        rule,
+        jobs,
+        memory_limit_mb,
+        train,
+        device,
     )
 
 
@@ -230,8 +270,10 @@ def _paper_rule(worlds: list[Environment]) -> tuple[str, list[str]]:
 
 
 def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
-    """A learned planner with a device of its own choosing or this one."""
-    if device == "cpu" or not issubclass(entry.spec.load(), LearnedPlanner):
+    """How a planner is made that runs on a device: one that takes an argument of that name and was
+    given none. Which planner it is, and what it is called, does not change by that."""
+    takes = inspect.signature(entry.spec.load()).parameters.keys() - entry.spec.arguments.keys()
+    if device == CPU or "device" not in takes:
         return entry
     return Entry(entry.spec, {"device": device, **entry.arguments})
 
@@ -239,6 +281,11 @@ def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
 def _supports(entry: Entry[Planner], worlds: list[Environment]) -> bool:
     planner = entry.make()
     return any(planner.unsupported(world) is None for world in worlds)
+
+
+def _improves(entry: Entry[Planner], worlds: list[Environment]) -> bool:
+    """Whether a planner may go on after its first solution anywhere."""
+    return entry.make().improves and _supports(entry, worlds)
 
 
 def _check_jobs(jobs: int) -> None:

@@ -91,9 +91,15 @@ def _let_runs_find(file: Path, name: str, domain: str) -> None:
         logger.warning("runs will not find these weights by themselves: %s", error)
 
 
-def unready(env: Entry[Environment], planner: Entry[Planner], *, may_train: bool) -> SetUp | None:
-    """Sees to it that a planner has weights where it needs some; else the reason why not."""
-    made, world = planner.make(), env.make()
+def unready(
+    env: Entry[Environment], planner: Entry[Planner], world: Environment, *, may_train: bool
+) -> SetUp | None:
+    """Sees to it that a planner has weights where it needs some; else the reason why not.
+
+    Args:
+        world: the environment, made, to be shown to planners.
+    """
+    made = planner.make()
     if not _lacks_weights(made, world):
         return None
     if not may_train:
@@ -120,16 +126,16 @@ def ready(env: Entry[Environment], planner: Entry[Planner], may_train: bool) -> 
     """
     made, world = planner.make(), env.make()
     _check_supported(made, planner.id, world)
-    refused = unready(env, planner, may_train=may_train)
+    refused = unready(env, planner, world, may_train=may_train)
     if refused is not None:
         raise InputError(f"{planner.id}: {refused.error}")
     made.setup(world, seed=0)
     return made
 
 
-def expected_minutes(env: Entry[Environment], planner: Entry[Planner]) -> float:
-    """About how long a planner has to be trained before it can run."""
-    made, world = planner.make(), env.make()
+def expected_minutes(planner: Entry[Planner], world: Environment) -> float:
+    """About how long a planner has to be trained before it can run in an environment."""
+    made = planner.make()
     return made.expected_minutes(world) if _lacks_weights(made, world) else 0.0
 
 

@@ -54,6 +54,15 @@ class Planner(ABC):
     def setup(self, env: Environment, *, seed: int) -> None:  # noqa: B027  (nothing is a fine default)
         """Offline work: load weights, build a roadmap. Timed apart."""
 
+    def weights_digest(self, env: Environment) -> str:
+        """A digest of the trained numbers, read from files, with which it plans in `env`; empty for
+        a planner without any. Results of other numbers are not its results.
+
+        Raises:
+            InputError: they cannot be read.
+        """
+        return ""
+
     @abstractmethod
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         """Online work: what is timed."""

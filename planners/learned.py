@@ -88,6 +88,10 @@ class LearnedPlanner(Planner):
             return Path(self._weights)
         return weight_files.find(self.name, self.domain(env))
 
+    def weights_digest(self, env: Environment) -> str:
+        file = self.weights_file(env)
+        return "" if file is None else weight_files.digest(file)
+
     def domain(self, env: Environment) -> str:
         """A fingerprint of what its weights are for: by default this one environment."""
         return env.fingerprint

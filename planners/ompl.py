@@ -21,6 +21,9 @@ from planners.ompl_parameters import set_parameters
 
 _ROADMAPS = ("PRMstar", "LazyPRMstar")
 
+_FIRST_SOLUTION_ONLY = ("RRTConnect", "FMT")
+"""Planners that end with their first solution, whatever time is left."""
+
 PAPERS = math.nan
 """Stands for the seconds of growing a roadmap that the paper's tables have: it plans with one
 where obstacles are meshes (Gibson), by LazyPRM*, and without one elsewhere."""
@@ -81,6 +84,7 @@ class OmplPlanner(Planner):
             raise InputError(f"roadmap_s must be between 0 and {_MOST_ROADMAP_S}, not {roadmap_s}")
         if roadmap_s > 0 and algorithm not in _ROADMAPS:
             raise InputError(f"{algorithm} keeps no roadmap; roadmap_s is for PRM* and LazyPRM*")
+        self.improves = algorithm not in _FIRST_SOLUTION_ONLY
         self._algorithm = algorithm
         self._simplify = simplify
         self._roadmap_s = roadmap_s

@@ -159,6 +159,15 @@ def read(file: Path, planner: str, domain: str) -> tuple[dict[str, NDArray[Any]]
     return tensors, manifest
 
 
+def digest(file: Path) -> str:
+    """A short name for the content of a file of weights, whatever the file is called.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    return hashlib.sha256(_bytes(file, _MOST_BYTES)).hexdigest()[:16]
+
+
 def _bytes(file: Path, most: int) -> bytes:
     try:
         if not file.is_file():

@@ -169,7 +169,7 @@ def gathered(
 
 
 def _check_trained(env: Entry[Environment], planner: Entry[Planner]) -> None:
-    unready = training.unready(env, planner, may_train=False)
+    unready = training.unready(env, planner, env.make(), may_train=False)
     if unready is not None:
         how = f"bench train --env {env.id} --planner {planner.id}"
         raise InputError(f"{planner.id} has no weights for {env.id}; `{how}` makes some")

@@ -143,6 +143,7 @@ def _selected(store: StoredRecords, selection: dict[str, Any]) -> pd.DataFrame:
         selection["seed"],
         selection["settings_digest"],
         selection.get("planner_versions"),  # which older stores do not say
+        _weights(selection),
     )
     wanted = rows["planner"].isin(selection["planners"]) & (rows["problem"] < selection["problems"])
     ranked = rows[wanted].assign(
@@ -152,6 +153,12 @@ def _selected(store: StoredRecords, selection: dict[str, Any]) -> pd.DataFrame:
     ordered = ranked.sort_values(["env_rank", "planner_rank", "problem"], ignore_index=True)
     chosen: pd.DataFrame = ordered.drop(columns=["env_rank", "planner_rank"])
     return chosen
+
+
+def _weights(selection: dict[str, Any]) -> dict[str, dict[str, str]] | None:
+    """Digests by fingerprint and planner; None where an older store does not say."""
+    said = {env["fingerprint"]: env.get("weights") for env in selection["envs"]}
+    return None if None in said.values() else said
 
 
 def _whose(selection: dict[str, Any]) -> str:

@@ -88,6 +88,11 @@ class MpnetPlanner(LearnedPlanner):
     def domain(self, env: Environment) -> str:
         return env.family_fingerprint
 
+    def weights_digest(self, env: Environment) -> str:
+        own = super().weights_digest(env)
+        theirs = self._fallback.weights_digest(env) if self._fallback is not None else ""
+        return "-".join(filter(None, (own, theirs)))
+
     def expected_minutes(self, env: Environment) -> float:
         return METHOD.expected_minutes
 
