@@ -14,11 +14,14 @@ import numpy as np
 import psutil
 import pytest
 import sly_planners
+from conftest import Cli, records_of
 from sly_planners import WORK_S
 
 import envs
+import planners
 from bench.process import Attempt, WorkerProcess
-from bench.record import Fault, encode_path
+from bench.record import COLUMNS, Fault, Record, encode_path
+from bench.store import Store
 from envs import Environment, Problem, Spec
 from envs.registry import Entry
 from planners import Planner
@@ -95,6 +98,32 @@ def test_what_cannot_be_kept_is_left_out_with_a_note(c3d: Environment) -> None:
                 assert (attempt.path is None) == (i in unkept.ERROR)
     with worker(c3d, sly_planners.DiesOfAnUnnamedSignal) as asked:
         assert "died of signal 40" in solve(asked, 0).error
+
+
+def test_every_such_answer_is_a_row_and_reports_survive_it(bench: Cli, tmp_path: Path) -> None:
+    unkept = sly_planners.Unkept
+    spec = Spec("unkept", "sly_planners:Unkept", "returns what cannot be kept")
+    planners.REGISTRY.register(spec)
+    try:
+        code, _, err = bench(
+            *("run", "--env", "c3d", "--planners", "unkept,rrtconnect", "--stop", "first"),
+            *("--problems", len(unkept.HOW), "--time-limit", 30, "--out", tmp_path),
+        )
+        assert code == 0, err
+        with Store(tmp_path) as store:  # as one was stored before such were refused
+            [row] = store._rows(f"SELECT {', '.join(COLUMNS)} FROM records WHERE solved LIMIT 1")
+            old = dict(zip(COLUMNS, row, strict=True)) | {"stats": '{"cost_history": [[1], "x"]}'}
+            store.put(Record(**old))
+        formats = "md,csv,latex,html,planner-arena"
+        code, _, err = bench("report", tmp_path, "--format", formats, "--out", tmp_path / "report")
+        assert code == 0, err
+    finally:
+        planners.REGISTRY.unregister("unkept")
+    records = records_of(tmp_path)
+    of_unkept = records[records["planner"] == "unkept"].set_index("problem")["status"]
+    assert of_unkept.index.tolist() == list(range(len(unkept.HOW)))
+    assert of_unkept[list(unkept.ERROR)].eq("ERROR").all()
+    assert (records["outcome"][records["planner"] == "rrtconnect"] == "VALID").all()
 
 
 def _check_storable(attempt: Attempt) -> None:
