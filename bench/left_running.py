@@ -24,7 +24,7 @@ from bench.process_tree import cpu_s, descendants
 
 _LOOK_S = 0.01  # how long work is looked for at once
 _BUSY_SHARE = 0.1  # of a core
-_PATIENCE_S = 0.3  # for threads and processes to end, and for what spins to come to rest
+_PATIENCE_S = 0.5  # for threads and processes to end, and for what spins to come to rest
 _HELPERS = ("multiprocessing.resource_tracker", "multiprocessing.forkserver")
 _POOLS = {"concurrent", "multiprocessing"}  # packages of the standard library
 _TASKS = Path("/proc/self/task")
