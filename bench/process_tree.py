@@ -1,4 +1,4 @@
-"""The processes that this one has started, and those that they have."""
+"""The processes that one has started, and those that they have."""
 
 from __future__ import annotations
 
@@ -13,10 +13,14 @@ import psutil
 _LISTS_CHILDREN = Path("/proc/thread-self/children").exists()
 
 
-def descendants() -> list[int]:
-    """Their pids, without those that have ended."""
+def descendants(pid: int | None = None) -> list[int]:
+    """Their pids, without those that have ended.
+
+    Args:
+        pid: of another process whose are meant.
+    """
     found: list[int] = []
-    parents = [os.getpid()]
+    parents = [pid or os.getpid()]
     while parents:
         children = _children(parents.pop())
         found += children

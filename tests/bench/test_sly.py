@@ -74,7 +74,8 @@ def test_what_is_left_running_is_named_and_the_planners_fault(how: int, c3d: Env
         assert attempt.solve_s is not None
         assert attempt.solve_s < WORK_S
         assert attempt.path is None
-    assert not [p for p in psutil.Process().children(recursive=True) if p.status() != "zombie"]
+    assert not psutil.Process().children(recursive=True)
+    assert not sly_planners.helpers_left(), "also those in sessions of their own"
 
 
 def test_pools_libraries_and_what_is_waited_for_are_no_fault(c3d: Environment) -> None:
