@@ -114,10 +114,6 @@ class LeavesRunning(Planner):
             self._wakes.wait()
             work(0.05)
 
-    def _writes(self, path: np.ndarray) -> None:
-        time.sleep(0.05)
-        path[:] = np.nan
-
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         path = np.array([problem.start, problem.goal])
         self.HOW[problem.index](self, path)
@@ -127,17 +123,16 @@ class LeavesRunning(Planner):
         threading.Thread(target=target, args=arguments, name="begun", daemon=True).start()
 
     HOW = (
-        lambda self, path: self._begin(work, 2.0),
         lambda self, path: self._begin(time.sleep, 2.0),
         lambda self, path: subprocess.Popen(_HELPERS[0]),
-        lambda self, path: subprocess.Popen(_HELPERS[2], start_new_session=True),
         lambda self, path: os.system("sleep 98762 &"),  # its parent is gone
+        lambda self, path: self._begin(work, 2.0),
+        lambda self, path: subprocess.Popen(_HELPERS[2], start_new_session=True),
         lambda self, path: self._pool.submit(work, 2.0),
         lambda self, path: self._wakes.set(),
     )
-    """Each in a process in which nothing else is left running."""
-
-    NAMED = ("begun", "begun", "sleep 98763", "left running'", "sleep 98762", "Thread", "improves")
+    NAMED = ("begun", "98763", "98762", "begun", "left running'", "Thread", "improves")
+    AT_REST = range(3)
 
 
 def _square(number: int) -> int:

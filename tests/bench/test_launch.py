@@ -15,9 +15,13 @@ import psutil
 import pytest
 from conftest import Cli, records_of
 
+from bench import judge as bench_judge
 from bench import launch
+from bench import record as bench_record
+from bench import runner as bench_runner
 from bench.process_group import CAN_PAUSE
 from bench.report.recorded import RecordedRun
+from envs.scenes.cluttered import Cluttered3D
 
 FEW = ("run", "--env", "c3d", "--problems", 2, "--stop", "first")
 
@@ -170,3 +174,58 @@ def _until(holds: Callable[[], bool]) -> None:
             return
         time.sleep(0.002)
     raise AssertionError("it does not come to that")
+
+
+CHANGES = {
+    "the judge": "import bench.judge\nbench.judge.Judge.__call__ = lambda *a: None",
+    "its module": "import bench.runner\nbench.runner.Judge = object",
+    "its code": "from bench.judge import Judge\n"
+    "def f(self, problem, path): pass\nJudge.__call__.__code__ = f.__code__",
+    "a constant": "import bench.record\nbench.record.LATE = 'VALID'",
+    "the clock": "import bench.runner\nbench.runner.monotonic = lambda: 0.0",
+    "what is imported later": "from envs.scenes.cluttered import Cluttered3D\n"
+    "Cluttered3D.definition = lambda self: {}",
+    "when it is made": "CHANGES_WHEN_MADE = True",
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_no_file_changes_the_benchmark(
+    bench: Cli, change: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    judging, running = bench_judge.Judge, bench_runner
+    for whose, name in (
+        (judging, "__call__"),
+        (judging.__call__, "__code__"),
+        (bench_record, "LATE"),
+        (running, "Judge"),
+        (running, "monotonic"),
+        (Cluttered3D, "definition"),
+    ):
+        monkeypatch.setattr(whose, name, getattr(whose, name))  # put back in the end
+    file = tmp_path / "changes.py"
+    file.write_text(f"{change}\n{PLAIN}")
+    code, _, err = bench(
+        *(*FEW, "--planners", "straight,rrtconnect", "--planner-file", file),
+        *("--out", tmp_path / "out"),
+    )
+    assert code == 2
+    assert "was changed by a file" in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+PLAIN = """
+import bench.judge
+
+from planners import Planner, PlannerResult, Status
+
+
+class Straight(Planner):
+    def __init__(self):
+        if "CHANGES_WHEN_MADE" in globals():
+            bench.judge.Judge.__call__ = lambda *a: None
+
+    def solve(self, problem, budget):
+        return PlannerResult(Status.EXACT_SOLUTION, [problem.start, problem.goal])
+"""
