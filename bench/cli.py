@@ -33,7 +33,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         chosen = _parse(arguments)
         chosen.started_s = _since_process_start() if arguments is None else 0.0
-        with COMMAND.begun(), planner_files.registered(chosen.planner_file):
+        files = chosen.planner_file
+        with COMMAND.begun(files), planner_files.registered(files):
+            COMMAND.check_program()
             code: int = chosen.command(chosen)
         print(end="", flush=True)  # what cannot be written shall fail here
     except InputError as error:

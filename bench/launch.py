@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+
+from bench.intact import Program
 
 ONE_THREAD = dict.fromkeys(
     (
@@ -95,16 +97,33 @@ class _Command:
 
     def __init__(self) -> None:
         self.start = Start.now()
+        self._program: Program | None = None
+        self._files: frozenset[str] = frozenset()
 
     @contextmanager
-    def begun(self) -> Iterator[None]:
+    def begun(self, files: Iterable[Path]) -> Iterator[None]:
         """Workers get what there is at the beginning of the context, which must come before
-        anyone's file is imported."""
-        before, self.start = self.start, Start.now()
+        anyone's file is imported.
+
+        Args:
+            files: that are going to be imported.
+        """
+        before = vars(self).copy()
+        self.start, self._program = Start.now(), Program.now()
+        self._files = frozenset(str(file.resolve()) for file in files)
         try:
             yield
         finally:
-            self.start = before
+            vars(self).update(before)
+
+    def check_program(self) -> None:
+        """Looks whether this program is still what it was when the command began.
+
+        Raises:
+            InputError: somebody's file has changed it.
+        """
+        if self._program is not None:
+            self._program.check(self._files)
 
 
 COMMAND = _Command()

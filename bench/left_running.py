@@ -24,7 +24,9 @@ from bench.process_tree import cpu_s, descendants
 
 _LOOK_S = 0.01  # how long work is looked for at once
 _BUSY_SHARE = 0.1  # of a core
-_PATIENCE_S = 0.3  # for threads and processes to end, and for what spins to come to rest
+_PATIENCE_S = 0.5  # for threads and processes to end, and for what spins to come to rest
+_WORTH_S = 0.1  # of work; what a busy machine keeps from its last few instructions is not blamed
+_STARVED_S = 3.0  # unless it has not ended by then
 _HELPERS = ("multiprocessing.resource_tracker", "multiprocessing.forkserver")
 _POOLS = {"concurrent", "multiprocessing"}  # packages of the standard library
 _TASKS = Path("/proc/self/task")
@@ -59,13 +61,15 @@ class Before:
         no time where there is neither thread nor process but the caller's."""
         if not _has_company():
             return Left()
-        patience_ends = monotonic() + _PATIENCE_S
+        begin, used = monotonic(), _cpu_of_company_s()
         while True:
             work = _Work.seen()
             begun = [*self._threads(), *self._processes(work)]
             if not begun and not work.busy:
                 return Left()
-            if monotonic() > patience_ends:
+            waited = monotonic() - begin
+            worked = _cpu_of_company_s() - used >= _WORTH_S or waited > _STARVED_S
+            if waited > _PATIENCE_S and (begun or worked):
                 return Left(tuple(dict.fromkeys([*begun, *work.told()])), work.busy)
 
     def _threads(self) -> Iterator[str]:
@@ -142,14 +146,20 @@ class _Work:
     def seen() -> _Work:
         """Sleeps for a moment."""
         before, threads, children = _others_cpu_s(), _thread_times(), _times_below()
-        begin = monotonic()
+        wanted, begin = _wanting(), monotonic()
         sleep(_LOOK_S)
+        wanted &= _wanting()  # those that a busy machine does not let run want to all the while
         least = _BUSY_SHARE * (monotonic() - begin)
         of_children = {pid: s - children.get(pid, s) for pid, s in _times_below().items()}
         of_threads = {id: s - threads.get(id, s) for id, s in _thread_times().items()}
-        worked = {pid for pid, seconds in of_children.items() if seconds > least}
-        busy = _others_cpu_s() - before > least or bool(worked)
-        return _Work(busy, {id: s for id, s in of_threads.items() if s > least}, worked)
+        worked = {
+            pid
+            for pid, s in of_children.items()
+            if (s > least or pid in wanted) and not _is_helper(pid)
+        }
+        by = {id: s for id, s in of_threads.items() if s > least or id in wanted}
+        busy = bool(worked or by) or _others_cpu_s() - before > least
+        return _Work(busy, by, worked)
 
     def told(self) -> Iterator[str]:
         """In words, if it was busy."""
@@ -162,6 +172,11 @@ class _Work:
         yield from map(_process, self.processes)
         if not self.threads and not self.processes:
             yield "threads"
+
+
+def _cpu_of_company_s() -> float:
+    """Processor time of everything below this process and of its other threads, in seconds."""
+    return _others_cpu_s() + sum(_times_below().values())
 
 
 def _others_cpu_s() -> float:
@@ -183,6 +198,23 @@ def _time_of_thread(id: int) -> float:
         told = (_TASKS / str(id) / "schedstat").read_text()
         return int(told.split()[0]) / 1e9
     return 0.0
+
+
+def _wanting() -> set[int]:
+    """The other threads of this process, and the processes below it, that work or would if there
+    were a core for them (Linux)."""
+    if not _TASKS.exists():
+        return set()
+    own = threading.get_native_id()
+    tasks = [int(id) for id in os.listdir(_TASKS) if int(id) != own]  # noqa: PTH208
+    return {id for id in (*tasks, *descendants()) if _state(id) == b"R"}
+
+
+def _state(id: int) -> bytes:
+    """The letter in which proc(5) tells whether a thread or process sleeps; none if it is gone."""
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{id}/stat").read_bytes().rpartition(b")")[2].split()[0]
+    return b""
 
 
 def _times_below() -> dict[int, float]:

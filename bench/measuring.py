@@ -6,6 +6,7 @@ from pathlib import Path
 
 from bench import runner
 from bench.folder_lock import locked
+from bench.launch import COMMAND
 from bench.report import files
 from bench.report.recorded import RecordedRun
 from bench.store import Store
@@ -19,9 +20,11 @@ def measured(
     also of what there is when interrupted. For the arguments see `runner.run`.
 
     Raises:
-        InputError: the folder cannot be used, or another run uses it.
+        InputError: the folder cannot be used, or another run uses it, or a planner's file has
+            changed this program.
         KeyboardInterrupt: interrupted; whatever was finished is in the store.
     """
+    COMMAND.check_program()  # planners and environments have been made meanwhile
     with locked(folder), Store(folder) as store:
         store.put_selection(suite.selection())
         try:

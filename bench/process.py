@@ -137,10 +137,11 @@ class WorkerProcess:
         return self._process.returncode
 
     def close(self) -> None:
-        """Ends the process and whatever of its group it leaves behind.
+        """Ends the process, its group and whatever else it has started.
 
         One that waits for a problem sees that its parent hung up and ends of itself; one that is
-        working is killed. A helper that made a session of its own is out of reach.
+        working is killed. Of one that died before, helpers in sessions of their own are out of
+        reach.
         """
         with self._closing:
             if self._closed:
@@ -148,11 +149,13 @@ class WorkerProcess:
             self._closed = True
         self._connection.close()
         pid = self._process.pid
+        helpers = process_group.helpers(pid)
         process_group.resume(pid)
         if self._working or not process_group.has_ended(pid, _GOODBYE_S):
             os.kill(pid, signal.SIGKILL)  # Popen's own way would reap it first
         process_group.has_ended(pid, _DIES_S)
         process_group.end(pid)  # while the number is still its own
+        process_group.end_helpers(helpers)
         self._process.wait()
         self._log.close()
 

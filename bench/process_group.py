@@ -10,9 +10,12 @@ import contextlib
 import os
 import signal
 import sys
+from collections.abc import Iterable
 from time import monotonic, sleep
 
 import psutil
+
+from bench import process_tree
 
 _GOODBYE_S = 2.0  # to end when asked
 _GLANCE_S = 0.005
@@ -54,6 +57,15 @@ def exit_code(pid: int) -> int | None:
     return told.si_status if told.si_code == os.CLD_EXITED else -told.si_status
 
 
+def helpers(leader: int) -> list[psutil.Process]:
+    """The processes below a leader that has not ended, whatever group or session they are of."""
+    found = []
+    for pid in process_tree.descendants(leader):
+        with contextlib.suppress(psutil.Error):
+            found.append(psutil.Process(pid))
+    return found
+
+
 def end(group: int) -> None:
     """Ends the processes of a group whose leader has ended and has not been reaped.
 
@@ -68,6 +80,13 @@ def end(group: int) -> None:
         deadline = monotonic() + _GOODBYE_S
         while monotonic() < deadline and _any_runs(group):
             sleep(_GLANCE_S)
+
+
+def end_helpers(helpers: Iterable[psutil.Process]) -> None:
+    """Ends processes that a leader started and that are no more, or never were, of its group."""
+    for helper in helpers:
+        with contextlib.suppress(psutil.Error):  # it has ended; another that has its pid is not it
+            helper.kill()
 
 
 def _signal(group: int, number: signal.Signals) -> None:

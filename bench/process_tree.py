@@ -1,4 +1,4 @@
-"""The processes that this one has started, and those that they have."""
+"""The processes that one has started, and those that they have."""
 
 from __future__ import annotations
 
@@ -13,10 +13,14 @@ import psutil
 _LISTS_CHILDREN = Path("/proc/thread-self/children").exists()
 
 
-def descendants() -> list[int]:
-    """Their pids, without those that have ended."""
+def descendants(pid: int | None = None) -> list[int]:
+    """Their pids, without those that have ended.
+
+    Args:
+        pid: of another process whose are meant.
+    """
     found: list[int] = []
-    parents = [os.getpid()]
+    parents = [pid or os.getpid()]
     while parents:
         children = _children(parents.pop())
         found += children
@@ -31,8 +35,8 @@ def _children(pid: int) -> list[int]:
         return []
     found: list[int] = []
     with contextlib.suppress(OSError):  # it has ended
-        for task in os.scandir(f"/proc/{pid}/task"):
-            with open(f"{task.path}/children", "rb") as children:  # noqa: PTH123  ten times as fast
+        for task in os.listdir(f"/proc/{pid}/task"):  # noqa: PTH208  on each attempt
+            with open(f"/proc/{pid}/task/{task}/children", "rb") as children:  # noqa: PTH123
                 found += map(int, children.read().split())
     return found
 

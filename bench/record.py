@@ -53,8 +53,8 @@ class Record:
     `weights` is the digest of the numbers that a learned planner used, "" for any other. `cpu_s`
     is the processor's time of the attempt, threads and children included, `processor` the name of
     the machine's, and `load` how many of its cores were busy with something else meanwhile.
-    `peak_memory_mb` is the most that the process has held, `attempt_memory_mb` how far the attempt
-    itself raised that over what it held before. What was not measured is None.
+    `peak_memory_mb` is the most that the process held during the attempt, `attempt_memory_mb` how
+    much that is more than it held before. What was not measured is None.
     """
 
     run_id: str

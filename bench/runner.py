@@ -18,12 +18,18 @@ from bench.session import BLOCK, Costs, Session, now
 from bench.slots import Slots
 from bench.store import Store
 from bench.suite import Arena, Suite, on_device
+from bench.underway import Underway
 from envs import Problem
 from envs.registry import Entry
 from envs.seeding import stream
 from planners import Planner
 
 logger = logging.getLogger(__name__)
+
+_ENDS_RUNS = (
+    "passed over: twice the harness came to its end while it judged or stored what this planner "
+    "returned here; --force tries again"
+)
 
 
 def run(
@@ -83,6 +89,7 @@ class _Stage:
         self._arena = arena
         self._store = store
         self._session = session
+        self._underway = Underway(store.folder)
         self._force = force
         self._reference_lengths: dict[int, float] = {}
         self._look()
@@ -188,13 +195,26 @@ class _Stage:
             for problem in block:
                 if (contestant.id, problem.index) not in self.open or contestant.stopped:
                     continue
-                stop_cost = self._suite.stop.stop_cost(self._reference_lengths.get(problem.index))
-                attempt = contestant.attempt(problem, stop_cost)
+                if self._underway.has_ended_runs(*self._key(contestant, problem)):
+                    attempt = Attempt(Fault.CRASH.value, None, error=_ENDS_RUNS)
+                else:
+                    attempt = self._attempt(contestant, problem)
                 if contestant.stopped:
                     return  # the run is being interrupted: what came back is not a result
-                record = self._judged(slot.judge, contestant, problem, attempt)
-                self._store.put(record)
+                with self._underway.judging(*self._key(contestant, problem)):
+                    record = self._judged(slot.judge, contestant, problem, attempt)
+                    self._store.put(record)
                 progress.add(record)
+
+    def _attempt(self, contestant: Contestant, problem: Problem) -> Attempt:
+        stop_cost = self._suite.stop.stop_cost(self._reference_lengths.get(problem.index))
+        return contestant.attempt(problem, stop_cost)
+
+    def _key(self, contestant: Contestant, problem: Problem) -> tuple[object, ...]:
+        """What makes an attempt the same in another run into the same folder."""
+        suite, fingerprint = self._suite, self._arena.env.fingerprint
+        who = contestant.id, suite.planner_versions[contestant.id], contestant.weights
+        return *who, fingerprint, problem.index, suite.seed, suite.settings_digest
 
     def _judged(
         self, judge: Judge, contestant: Contestant, problem: Problem, attempt: Attempt

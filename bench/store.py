@@ -46,6 +46,11 @@ class StoredRecords:
     def _opened(self, folder: Path) -> sqlite3.Connection:
         return opened_to_read(folder)
 
+    @property
+    def folder(self) -> Path:
+        """That they are in."""
+        return self._file.parent
+
     def __enter__(self: S) -> S:
         return self
 

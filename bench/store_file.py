@@ -159,7 +159,7 @@ def _connected(file: Path, mode: str) -> sqlite3.Connection:
     if file.is_file() and file.stat().st_size:
         _check_magic(file)
     # Threads take turns, see `bench.store`.
-    uri = f"file:{quote(str(file.absolute()))}?mode={mode}"
+    uri = f"file:{quote(bytes(file.absolute()))}?mode={mode}"
     connection = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=30)
     connection.create_function("row_digest", -1, row_digest, deterministic=True)
     return connection

@@ -178,7 +178,8 @@ def _attempt(
         left = before.left()
         if left.what and answer["status"] != Fault.ERROR.value:
             found = ", ".join(left.what)
-            answer = _fault(Fault.LEFT_RUNNING, f"left running after `solve`: {found}")
+            said = f"left running after `solve`: {found}"
+            answer |= {"status": Fault.LEFT_RUNNING.value, "error": said}
             path = None
         answer["ends"] = left.works
     peak_mb, added_mb = memory.read()

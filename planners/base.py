@@ -24,7 +24,16 @@ class Status(str, Enum):
 
 @dataclass(frozen=True)
 class PlannerResult:
-    """`path` is (k, d) from start to goal; `stats` is JSON data, see ARCHITECTURE.md."""
+    """What `Planner.solve` returns.
+
+    Attributes:
+        path: waypoints (k, d) from start to goal, in the environment's unit, as any array-like,
+            iterator or tensor, or an `envs.Path`; None without one.
+        stats: JSON data, see ARCHITECTURE.md.
+
+    All of it is read and copied before the clock stops: a result that computes itself when it is
+    looked at, or on a device, takes that time as if `solve` had.
+    """
 
     status: Status
     path: Any = None
@@ -52,7 +61,8 @@ class Planner(ABC):
         return None
 
     def setup(self, env: Environment, *, seed: int) -> None:  # noqa: B027  (nothing is a fine default)
-        """Offline work: load weights, build a roadmap. Timed apart."""
+        """Offline work: load weights, build a roadmap, start pools. Timed apart, with the making
+        of the planner; what it leaves at work is the fault of the first `solve` after it."""
 
     def weights_digest(self, env: Environment) -> str:
         """A digest of the trained numbers, read from files, with which it plans in `env`; empty for
@@ -65,4 +75,8 @@ class Planner(ABC):
 
     @abstractmethod
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
-        """Online work: what is timed."""
+        """Online work: what is timed.
+
+        Threads and processes that it begins must have ended when it returns, and those of pools
+        and libraries be at rest; what works on is a fault (`LEFT_RUNNING`).
+        """

@@ -155,6 +155,53 @@ class LeavesThreads(Faultless):
         return super().solve(problem, budget)
 
 
+class KeepsThreads(Faultless):
+    """Has them from the beginning, and they wait."""
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        super().setup(env, seed=seed)
+        for _ in range(3):
+            threading.Thread(target=threading.Event().wait, args=(20,), daemon=True).start()
+
+
+class WorksOn(Faultless):
+    """Its thread is there from the beginning, and works when it has returned."""
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        super().setup(env, seed=seed)
+        self._until = 0.0
+        threading.Thread(target=self._improve, daemon=True).start()
+
+    def _improve(self) -> None:
+        while True:
+            if time.perf_counter() > self._until:
+                time.sleep(0.001)
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        result = super().solve(problem, budget)
+        self._until = time.perf_counter() + 1
+        return result
+
+
+class LazyPath(Faultless):
+    """Does half of its work when its path is looked at."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        result = super().solve(problem, budget)
+        if result.path is None:
+            return result
+        return replace(result, path=_Late(result.path, budget))
+
+
+class _Late:
+    def __init__(self, path: Any, budget: Budget) -> None:
+        self._path, self._budget = path, budget
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        time.sleep(self._budget.remaining() + 0.3)
+        return np.array(self._path, dtype=dtype)
+
+
 class UnpinsTorch(Faultless):
     def setup(self, env: Environment, *, seed: int) -> None:
         import torch

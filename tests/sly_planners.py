@@ -5,6 +5,7 @@ Each takes what it does from the problem's index, so that a test needs one proce
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import subprocess
@@ -16,6 +17,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
+import psutil
 
 from envs import Environment, Problem
 from planners import Budget, Planner, PlannerResult, Status
@@ -29,6 +31,19 @@ def work(seconds: float = WORK_S) -> None:
     end = time.perf_counter() + seconds
     while time.perf_counter() < end:
         sum(range(1000))
+
+
+def helpers_left() -> list[psutil.Process]:
+    """Those of `LeavesRunning` that still run."""
+    running = psutil.process_iter(["cmdline", "status"])
+    return [p for p in running if p.info["cmdline"] in _HELPERS and p.info["status"] != "zombie"]
+
+
+_HELPERS = [
+    ["sleep", "98763"],
+    ["sleep", "98762"],
+    [sys.executable, "-c", "while True: 'left running'"],
+]
 
 
 class _LazyArray:
@@ -99,10 +114,6 @@ class LeavesRunning(Planner):
             self._wakes.wait()
             work(0.05)
 
-    def _writes(self, path: np.ndarray) -> None:
-        time.sleep(0.05)
-        path[:] = np.nan
-
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         path = np.array([problem.start, problem.goal])
         self.HOW[problem.index](self, path)
@@ -112,19 +123,16 @@ class LeavesRunning(Planner):
         threading.Thread(target=target, args=arguments, name="begun", daemon=True).start()
 
     HOW = (
-        lambda self, path: self._begin(work, 2.0),
         lambda self, path: self._begin(time.sleep, 2.0),
-        lambda self, path: subprocess.Popen(["sleep", "98763"]),
-        lambda self, path: subprocess.Popen(
-            [sys.executable, "-c", "while True: pass"], start_new_session=True
-        ),
+        lambda self, path: subprocess.Popen(_HELPERS[0]),
         lambda self, path: os.system("sleep 98762 &"),  # its parent is gone
+        lambda self, path: self._begin(work, 2.0),
+        lambda self, path: subprocess.Popen(_HELPERS[2], start_new_session=True),
         lambda self, path: self._pool.submit(work, 2.0),
         lambda self, path: self._wakes.set(),
     )
-    """Each in a process in which nothing else is left running."""
-
-    NAMED = ("begun", "begun", "sleep 98763", "while True", "sleep 98762", "Thread", "improves")
+    NAMED = ("begun", "98763", "98762", "begun", "left running'", "Thread", "improves")
+    AT_REST = range(3)
 
 
 def _square(number: int) -> int:
@@ -259,29 +267,26 @@ def _nested(depth: int) -> list[Any]:
 
 
 class SpeaksWrongly(Planner):
-    """Changes how the worker tells the time or talks, by the problem's index."""
+    """Has the worker say other times than passed, by the problem's index."""
 
-    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+    SAYS: tuple[Any, ...] = (-5.0, 1e9, 0.0, "soon", math.nan, 10**400)
+
+    def setup(self, env: Environment, *, seed: int) -> None:
         import bench.worker as worker
 
-        if problem.index == 0:
-            worker._Timed.__exit__ = _says(worker._Timed.__exit__, -5.0)
-        if problem.index == 1:
-            worker._Timed.__exit__ = _says(worker._Timed.__exit__, 1e9)
-        if problem.index == 2:
-            work()
-            worker._Timed.__exit__ = _says(worker._Timed.__exit__, 0.0)
-        if problem.index == 3:
-            worker._Timed.__exit__ = _says(worker._Timed.__exit__, "soon")
+        true = worker._Timed.__exit__
+
+        def end(timed: Any, *error: object) -> None:
+            true(timed, *error)
+            timed.seconds = self._says
+
+        self._says: Any = -1.0
+        worker._Timed.__exit__ = end
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        self._says = self.SAYS[problem.index]
+        work()
         return PlannerResult(Status.EXACT_SOLUTION, [problem.start, problem.goal])
-
-
-def _says(true: Callable[..., None], seconds: Any) -> Callable[..., None]:
-    def end(self: Any, *error: object) -> None:
-        true(self, *error)
-        self.seconds = seconds
-
-    return end
 
 
 class DiesOfAnUnnamedSignal(Planner):

@@ -106,6 +106,13 @@ CHECKS = (
         looks.budget,
     ),
     Check(
+        "rest",
+        "has nothing of its own running when it has returned",
+        "what a thread or process does after that is planning off the clock; the table says "
+        "LEFT_RUNNING",
+        looks.rest,
+    ),
+    Check(
         "unsolvable",
         "returns in time from problems without a solution, and claims none",
         "a search without an end is KILLED, and a claim without a path behind it misleads",

@@ -61,7 +61,7 @@ def result(evidence: Evidence) -> list[str] | NotSeen:
 
 
 def _blamed_elsewhere(trial: Trial) -> bool:
-    return trial.fault is Fault.KILLED or _wrote_to_inputs(trial)
+    return trial.fault in (Fault.KILLED, Fault.LEFT_RUNNING) or _wrote_to_inputs(trial)
 
 
 def _wrote_to_inputs(trial: Trial) -> bool:
@@ -105,6 +105,16 @@ def _overruns(trials: tuple[Trial, ...]) -> Iterator[str]:
             yield f"{trial.what}: it returned {over:.2f} s after its {trial.limit_s:g} s"
 
 
+def rest(evidence: Evidence) -> list[str] | NotSeen:
+    if not evidence.trials:
+        return _NOT_SET_UP
+    return [
+        f"{trial.what}: {_last_line(trial.attempt.error)}"
+        for trial in evidence.trials
+        if trial.fault is Fault.LEFT_RUNNING
+    ]
+
+
 def unsolvable(evidence: Evidence) -> list[str] | NotSeen:
     if not evidence.unsolvable:
         return NotSeen("there was none to try, or it does not return from solvable ones")
@@ -113,7 +123,7 @@ def unsolvable(evidence: Evidence) -> list[str] | NotSeen:
     for trial in evidence.unsolvable:
         if trial.claimed:
             found.append(f"{trial.what}: it claims a solution, and there is none")
-        elif trial.fault and trial.fault is not Fault.KILLED:
+        elif trial.fault and not _blamed_elsewhere(trial):
             found.append(f"{trial.what}: {trial.fault.value}: {_last_line(trial.attempt.error)}")
     return found
 
@@ -168,7 +178,7 @@ def threads(evidence: Evidence) -> list[str] | NotSeen:
     found = []
     for trial in returned:
         pinned, spent = trial.seen["threads"], trial.solve_s
-        if pinned["more"] > _MORE_THREADS:
+        if pinned["more"] > _MORE_THREADS and trial.fault is not Fault.LEFT_RUNNING:
             found.append(f"it has {pinned['more']} more threads than before it was made")
         if pinned["variables"]:
             found.append(f"it changes {', '.join(pinned['variables'])}")

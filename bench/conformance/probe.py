@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import psutil
 
+from bench.claim import Claim, in_memory
 from envs import Environment, Path, Problem, Spec
 from envs.errors import reason
 from envs.problem import Array
@@ -58,6 +59,7 @@ class Probe(Planner):
         ends = problem.start.copy(), problem.goal.copy()
         begin, used = perf_counter(), process_time()
         result = self._planner.solve(problem, budget)
+        claim = _claim(result)
         spent, used = perf_counter() - begin, process_time() - used
         changes = self._before.changes(_Surroundings.of(self._env))
         same = (
@@ -69,11 +71,11 @@ class Probe(Planner):
             "solve_s": spent,
             "cpu_s": used,
             "support": self._support,
-            "result": complaints(result),
+            "result": complaints(result, claim),
             "changed": changes,
             "threads": self._pinned(),
         }
-        return PlannerResult(_status(result), _path(result), {PROBED: seen})
+        return PlannerResult(_status(result), claim and claim.path, {PROBED: seen})
 
     def _pinned(self) -> dict[str, Any]:
         """How many threads there are more than before the planner was made, and what libraries
@@ -87,30 +89,44 @@ class Probe(Planner):
         }
 
 
-def complaints(result: Any) -> list[str]:
+def _claim(result: Any) -> Claim | None:
+    """The result in memory, on the planner's clock; None if it is too far from being one."""
+    try:
+        return in_memory(result)
+    except (AttributeError, TypeError, ValueError):
+        return None
+
+
+def complaints(result: Any, claim: Claim | None) -> list[str]:
     """What is wrong with the form of what a planner returned; nothing if it keeps to
-    `PlannerResult`."""
+    `PlannerResult`.
+
+    Args:
+        claim: the same in memory, if that can be.
+    """
     if not isinstance(result, PlannerResult):
         return [f"`solve` returned a {type(result).__name__}, not a PlannerResult"]
     found = []
     if not isinstance(result.status, Status):
         found.append(f"the status {result.status!r} is no planners.Status")
-    if result.status == Status.EXACT_SOLUTION or result.path is not None:
-        found += _of_path(result.path)
+    if result.path is not None:
+        found += _of_path(claim)
+    elif result.status == Status.EXACT_SOLUTION:
+        found.append("it claims EXACT_SOLUTION without a path")
     try:
         json.dumps(result.stats)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RecursionError) as error:
         found.append(f"`stats` is not JSON data: {error}")
     if not isinstance(result.stats, dict):
         found.append(f"`stats` is a {type(result.stats).__name__}, not a dict")
     return found
 
 
-def _of_path(path: Any) -> list[str]:
-    if path is None:
-        return ["it claims EXACT_SOLUTION without a path"]
+def _of_path(claim: Claim | None) -> list[str]:
+    if claim is None or claim.path is None:
+        return list(claim.notes[:1]) if claim else []
     try:
-        Path(getattr(path, "waypoints", path))
+        Path(claim.path)
     except (TypeError, ValueError) as error:
         return [f"its path is none: {error}"]
     return []
@@ -121,10 +137,6 @@ def _status(result: Any) -> Status:
         return Status(result.status)
     except (AttributeError, ValueError):
         return Status.TIMEOUT
-
-
-def _path(result: Any) -> Any:
-    return getattr(result, "path", None)
 
 
 @dataclass(frozen=True)

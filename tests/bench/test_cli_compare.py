@@ -38,9 +38,24 @@ def stored(
             for i in range(10):
                 length = scale * PLANNERS[planner] * (10 + i)
                 measured = {"solve_s": length / 100, "length": length, "safety_margin": 0.1}
-                store.put(Record(**row(planner, i, "VALID", **measured, **others)))
-        store.put_session("r", {"run_id": "r", "machine": {"processor": "X"}})
+                of_row = {k: v for k, v in others.items() if k != "session"}
+                store.put(Record(**row(planner, i, "VALID", **measured, **of_row)))
+        session = {"run_id": "r", "machine": {"processor": "X"}, **others.get("session", {})}
+        store.put_session("r", session)
     return folder
+
+
+def test_times_do_not_compare_if_variables_make_libraries_slower(
+    bench: Cli, tmp_path: Path
+) -> None:
+    slow = {"speed_variables": {"NUMBA_DISABLE_JIT": "1"}}
+    a, b = stored(tmp_path / "a"), stored(tmp_path / "b", session=slow)
+    code, out, _ = bench("compare", a, b)
+    assert code == 0
+    [line] = [line for line in out.splitlines() if "Not comparable" in line]
+    assert "NUMBA_DISABLE_JIT" in line
+    same = stored(tmp_path / "same", session={"speed_variables": {}})
+    assert "Not comparable" not in bench("compare", a, same)[1]
 
 
 def test_two_runs(bench: Cli, tmp_path: Path) -> None:

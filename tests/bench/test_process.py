@@ -10,6 +10,7 @@ import pytest
 
 import envs
 import planners
+from bench import process_group
 from bench.process import WorkerProcess
 from bench.record import Fault
 from envs import Environment
@@ -52,6 +53,27 @@ def test_what_it_leaves_behind_is_killed_off_the_clock(c3d: Environment, faulty:
     assert attempt.solve_s is not None
     assert attempt.solve_s < 1.5, "its child was given 2 s to end"
     assert not faulty_planners.children_left()
+
+
+def test_a_group_is_ended_before_its_number_is_free(
+    c3d: Environment, faulty: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = []
+    true = process_group.end
+
+    def end(group: int) -> None:
+        seen.append(psutil.Process(group).status())
+        true(group)
+
+    monkeypatch.setattr(process_group, "end", end)
+    [problem] = c3d.sample_problems(1, 0)
+    for name in ("exits", "hangs-in-c", "straight"):
+        asked = worker(c3d, name)
+        assert not asked.set_up(1, 60).fault
+        asked.solve(problem, 0.1, math.inf)
+        asked.close()
+        assert asked.exit_code is not None
+    assert seen == [psutil.STATUS_ZOMBIE] * 3, "another process may get the number of one reaped"
 
 
 def test_one_that_never_solved_anything_ends_too(c3d: Environment) -> None:

@@ -20,8 +20,8 @@ class Conditions:
 
     Attributes:
         settings: of the run; see `bench.suite.Suite.settings`.
-        machines: what is known of the machine by the id of the session; None where a session was
-            cut off before it was noted.
+        machines: what is known of the machine and of the variables that decide how fast libraries
+            are, by the id of the session; None where a session was cut off before it was noted.
     """
 
     settings: Mapping[str, Any]
@@ -31,10 +31,17 @@ class Conditions:
     def of(run: RecordedRun, attempts: pd.DataFrame) -> Conditions:
         """Those of some rows of a run, all measured with the same settings."""
         settings = {s["settings_digest"]: s["settings"] for s in run.selections}
-        machines = {s["run_id"]: s.get("machine") for s in run.sessions}
+        machines = {s["run_id"]: _machine(s) for s in run.sessions}
         [digest] = attempts["settings"].unique()
         ids = attempts["run_id"].unique()
         return Conditions(settings[digest], {id: machines.get(id) for id in ids})
+
+
+def _machine(session: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """A session of before those variables were noted counts as one without any."""
+    machine = session.get("machine")
+    variables = session.get("speed_variables")
+    return {**machine, "environment variables": variables} if machine and variables else machine
 
 
 def why_times_differ(a: Conditions, b: Conditions) -> str:
