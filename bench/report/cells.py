@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import pandas as pd
@@ -20,12 +21,17 @@ has variances there."""
 
 COMMON_NOTE = "On the problems that every planner solved:"
 
+_NO_RATE = "-"
+
+_LONGEST_REASON = 120
+
 
 def success_note(spread: str) -> str:
     """What the main table's numbers are."""
     return (
         f"Time, length and safety margin are over verified successes: mean ± {SPREADS[spread]} "
-        "(median). Success is of all attempts, with the 95 % Wilson interval. Offline is setup, "
+        "(median). Success is of all attempts, with the 95 % Wilson interval; a dash stands where "
+        "nothing was attempted, with the reason under outcomes. Offline is setup, "
         "and training of the weights in use."
     )
 
@@ -45,7 +51,7 @@ def success_rows(summary: pd.DataFrame, spread: str) -> list[dict[str, str]]:
             "length": _moments(row, "length", spread, 2),
             "safety margin": _moments(row, "safety_margin", spread, 2),
             "offline s": number(row["offline_s"], 2),
-            "outcomes": counted(outcomes(row)),
+            "outcomes": counted(outcomes(row)) + because(row),
         }
         for row in summary.to_dict("records")
     ]
@@ -67,6 +73,8 @@ def common_rows(common: pd.DataFrame) -> list[dict[str, str]]:
 
 def success(row: dict[Any, Any]) -> str:
     """The success rate of a row of the summary, in percent, with its interval."""
+    if pd.isna(row["success_rate"]):
+        return _NO_RATE
     rate, low, high = (_percent(row[f"success_{what}"]) for what in ("rate", "low", "high"))
     return f"{rate} [{low}, {high}]"
 
@@ -94,6 +102,29 @@ def outcomes(row: dict[Any, Any]) -> dict[str, str]:
     if not pd.isna(row["fallbacks"]):
         counts["with fallback"] = f"{row['fallbacks']:.0f}"
     return counts
+
+
+def because(row: dict[Any, Any]) -> str:
+    """Why a planner was not attempted, of a row of the summary, in one short line; empty if it
+    was."""
+    reason = row["reason"]
+    if pd.isna(reason):
+        return ""
+    words = " ".join(str(reason).split())
+    return f": {words if len(words) <= _LONGEST_REASON else words[: _LONGEST_REASON - 1] + '…'}"
+
+
+def left_out_note(left_out: Mapping[str, Mapping[str, int]]) -> str:
+    """Who is not in the table of commonly solved problems, empty if all are there; see
+    `bench.report.summary.left_out_of_common`."""
+    parts = [
+        f"`{planner}` in `{env}` ({count} solved)"
+        for env, planners in left_out.items()
+        for planner, count in planners.items()
+    ]
+    if not parts:
+        return ""
+    return f"Left out, as no problem was solved by all with them: {', '.join(parts)}."
 
 
 def counted(outcomes: dict[str, str]) -> str:

@@ -71,11 +71,16 @@ def write(run: RecordedRun, file: Path) -> None:
 def text(run: RecordedRun) -> str:
     """Both tables: all attempts (`tab:success`), and the commonly solved problems (`tab:common`).
     Outcomes other than success are told below the first. A table without rows is left out."""
-    notes = " ".join([escaped(cells.success_note(run.spread)), *_other_outcomes(run.summary)])
+    remarks = [f"{_prose(remark)}." for remark in run.remarks]
+    notes = " ".join(
+        [escaped(cells.success_note(run.spread)), *_other_outcomes(run.summary), *remarks]
+    )
     success = [_without_outcomes(row) for row in cells.success_rows(run.summary, run.spread)]
     tables = [
         _float("success", f"{_SUCCESS} {_prose(run.caption)}", success, notes),
-        _float("common", _COMMON, cells.common_rows(run.common), ""),
+        _float(
+            "common", f"{_COMMON} {_prose(run.left_out_note)}", cells.common_rows(run.common), ""
+        ),
     ]
     return _PREFACE + "".join(tables)
 
@@ -132,7 +137,8 @@ def _other_outcomes(summary: pd.DataFrame) -> list[str]:
         outcomes.pop(Verdict.VALID.value, None)
         if outcomes:
             who = f"{name(row['planner'])} in {name(row['env'])}"
-            told.append(f"{who}: {escaped(cells.counted(outcomes))}.")
+            said = cells.counted(outcomes) + cells.because(row)
+            told.append(f"{who}: {escaped(said.rstrip('.'))}.")
     return told
 
 

@@ -10,7 +10,8 @@ from typing import Any
 
 import pandas as pd
 
-from bench.report.summary import common_problems, summarise
+from bench.report import cells, cores
+from bench.report.summary import common_problems, left_out_of_common, summarise
 from bench.store import StoredRecords
 from envs import InputError
 
@@ -103,6 +104,16 @@ class RecordedRun:
     def common(self) -> pd.DataFrame:
         """Of commonly solved problems; see `bench.report.summary.common_problems`."""
         return common_problems(self.records)
+
+    @property
+    def left_out_note(self) -> str:
+        """Who is not in `common`, in a sentence, empty if all are."""
+        return cells.left_out_note(left_out_of_common(self.records))
+
+    @property
+    def remarks(self) -> list[str]:
+        """What keeps times from comparing; see `bench.report.cores.remarks`."""
+        return cores.remarks(self.records, self.sessions)
 
     @property
     def caption(self) -> str:

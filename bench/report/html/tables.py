@@ -87,6 +87,6 @@ def _cell(title: str, text: str, numbers: dict[Any, Any], sorted_by: dict[str, s
         return Cell(text)
     value = numbers[sorted_by[title]]
     interval = None
-    if title == "success %":
+    if title == "success %" and not pd.isna(value):
         interval = (numbers["success_rate"], numbers["success_low"], numbers["success_high"])
     return Cell(text, None if pd.isna(value) else float(value), interval)
