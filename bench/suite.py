@@ -191,6 +191,7 @@ def make_suite(
     env_entries = envs.REGISTRY.entries(env)
     # Not the arenas' own, which the judge uses: planners get to see these.
     worlds = [entry.make() for entry in env_entries]
+    env_entries, worlds = _distinct(env_entries, worlds)
     chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
     text, told = _paper_rule(worlds) if stop == PAPER else (stop, [])
     rule = StopRule.parse(text)
@@ -234,6 +235,18 @@ def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
     if device == "cpu" or not issubclass(entry.spec.load(), LearnedPlanner):
         return entry
     return Entry(entry.spec, {"device": device, **entry.arguments})
+
+
+def _distinct(
+    entries: list[Entry[Environment]], worlds: list[Environment]
+) -> tuple[list[Entry[Environment]], list[Environment]]:
+    """Each environment once, by its first name: one mesh may have been given by two paths."""
+    first: dict[str, int] = {}
+    for number, (entry, world) in enumerate(zip(entries, worlds, strict=True)):
+        known = first.setdefault(world.fingerprint, number)
+        if known != number:
+            logger.info("%s is the same environment as %s", entry.id, entries[known].id)
+    return [entries[i] for i in first.values()], [worlds[i] for i in first.values()]
 
 
 def _supports(entry: Entry[Planner], worlds: list[Environment]) -> bool:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 import pandas as pd
 
 from bench.report import cells, cores
+from bench.report.one_name import names_of, renamed_records, renamed_selection
 from bench.report.summary import common_problems, left_out_of_common, summarise
 from bench.store import StoredRecords
 from envs import InputError
@@ -42,8 +43,10 @@ class RecordedRun:
         Raises:
             InputError: nothing yet.
         """
-        selection = store.selection()
-        records = _selected(store, selection)
+        asked = store.selection()
+        names = names_of([asked])
+        selection = renamed_selection(asked, names)
+        records = renamed_records(_selected(store, selection), names)
         ran = set(records["run_id"])
         sessions = tuple(s for s in store.sessions() if s["run_id"] in ran)
         return RecordedRun((folder,), (selection,), records, sessions)
@@ -60,13 +63,17 @@ class RecordedRun:
 
     @staticmethod
     def joined(runs: Sequence[RecordedRun]) -> RecordedRun:
-        """Several runs as one.
+        """Several runs as one. An environment that has several names in them, such as one mesh in
+        two folders, gets the first of them.
 
         Raises:
             InputError: two of them have the same planner in the same environment, whose rows
                 would be mixed, or other problems under one environment's name, on which planners
                 would be compared.
         """
+        _check_problems(runs)
+        names = names_of([selection for run in runs for selection in run.selections])
+        runs = [run.renamed(names) for run in runs]
         _check_problems(runs)
         _check_planners(runs)
         return RecordedRun(
@@ -75,6 +82,12 @@ class RecordedRun:
             pd.concat([run.records for run in runs], ignore_index=True),
             tuple(session for run in runs for session in run.sessions),
         )
+
+    def renamed(self, names: Mapping[str, str]) -> RecordedRun:
+        """With these names of environments, by their fingerprints."""
+        selections = tuple(renamed_selection(selection, names) for selection in self.selections)
+        records = renamed_records(self.records, names)
+        return replace(self, selections=selections, records=records)
 
     @property
     def order(self) -> list[tuple[str, str]]:
