@@ -12,6 +12,7 @@ from typing import Any
 import envs
 import planners
 from bench import machine
+from bench.straight import share_blocked, straight_lines
 from envs import Environment, InputError, Problem
 from envs.registry import Entry
 from envs.seeding import TEST_SEEDS, training_seed
@@ -127,17 +128,26 @@ class Suite:
                 {
                     "id": arena.entry.id,
                     "fingerprint": arena.env.fingerprint,
-                    "census": arena.env.census(self.problems, self.seed),
+                    **self._told(arena),
                 }
                 for arena in self.arenas
             ],
             "planners": [entry.id for entry in self.planners],
             "planner_versions": self.planner_versions,
+            "improves": {entry.id: bool(entry.make().improves) for entry in self.planners},
             "problems": self.problems,
             "seed": self.seed,
             "settings": self.settings,
             "settings_digest": self.settings_digest,
         }
+
+    def _told(self, arena: Arena) -> dict[str, Any]:
+        """What is worth knowing of the problems: facts that tables show, and of each problem
+        whether its straight line is blocked."""
+        letters = straight_lines(arena.env, arena.problems)
+        facts = {"share_of_straight_lines_blocked": share_blocked(letters)}
+        census = facts | arena.env.census(self.problems, self.seed)
+        return {"census": census, "straight_lines": letters}
 
 
 @dataclass(frozen=True)

@@ -159,13 +159,14 @@ def _why_not(before: Row, now: Row | None) -> str:
 
 def _success(before: Row, now: Row) -> Finding:
     test = success_test(before, now)
-    rates = (solved / problems for solved, problems in (test.before, test.now))
+    (was, of), (is_, now_of) = test.before, test.now
     return Finding(
-        before.env,
-        before.planner,
-        SUCCESS,
-        (test.before[1], test.now[1]),
-        *rates,
+        env=before.env,
+        planner=before.planner,
+        what=SUCCESS,
+        problems=(of, now_of),
+        before=was / of,
+        now=is_ / now_of,
         p=test.p,
         least_p=test.least_p,
         test=test,

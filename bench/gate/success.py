@@ -129,7 +129,8 @@ def success_test(before: Row, now: Row) -> SuccessTest:
 
 
 def _solved(outcomes: NDArray[np.str_]) -> Flags:
-    return (outcomes != FAILED) & (outcomes != MISSING)
+    solved: Flags = (outcomes != FAILED) & (outcomes != MISSING)
+    return solved
 
 
 def _within(row: Row, size: int) -> Flags:

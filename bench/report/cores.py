@@ -111,6 +111,7 @@ def _of_cores(made: pd.DataFrame) -> Iterator[str]:
             load = attempts["load"].astype(float).median()
             busy = "" if np.isnan(load) else f"; other programs kept {load:.1f} cores busy"
             yield (
-                f"`{planner}` in `{env}` had less than {100 * LEAST_SHARE:.0f} % of a core in {low} "
-                f"of {len(shares)} attempts, {100 * shares.median():.0f} % in the median{busy}"
+                f"`{planner}` in `{env}` had less than {100 * LEAST_SHARE:.0f} % of a core in "
+                f"{low} of {len(shares)} attempts, {100 * shares.median():.0f} % in the median"
+                f"{busy}"
             )

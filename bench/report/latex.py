@@ -79,7 +79,10 @@ def text(run: RecordedRun) -> str:
     tables = [
         _float("success", f"{_SUCCESS} {_prose(run.caption)}", success, notes),
         _float(
-            "common", f"{_COMMON} {_prose(run.left_out_note)}", cells.common_rows(run.common), ""
+            "common",
+            " ".join(map(_prose, filter(None, [_COMMON, cells.REACHED_NOTE, run.left_out_note]))),
+            cells.common_rows(run.common),
+            "",
         ),
     ]
     return _PREFACE + "".join(tables)
@@ -168,8 +171,8 @@ def _tabular(rows: Sequence[dict[str, str]]) -> list[str]:
     for env, group in groupby(rows, key=lambda row: row["env"]):
         lines += [r"\midrule", rf"\multicolumn{{{len(titles)}}}{{l}}{{{name(env)}}} \\"]
         for row in group:
-            others = [_numbers(row[title]) for title in titles if title != "planner"]
-            lines.append(_line([name(row["planner"]), *others]))
+            others = (title for title in titles if title != "planner")
+            lines.append(_line([name(row["planner"]), *(_cell(t, row[t]) for t in others)]))
     return [*lines, r"\bottomrule", r"\end{tabular}%"]
 
 
@@ -177,7 +180,11 @@ def _line(texts: Iterable[str]) -> str:
     return rf"{' & '.join(texts)} \\"
 
 
+def _cell(title: str, text: str) -> str:
+    return _breakable(text) if title in cells.WORDS and text != cells.NONE else _numbers(text)
+
+
 def _numbers(cell: str) -> str:
     """A cell of numbers: a hyphen is a minus before a number, else a dash for none."""
     signed = re.sub(r"-(\w?)", lambda found: f"$-${found[1]}" if found[1] else "--", cell)
-    return signed.replace("±", r"$\pm$")
+    return signed.replace("±", r"$\pm$").replace("%", r"\%")

@@ -24,6 +24,7 @@ def text(run: RecordedRun) -> str:
         cells.success_note(run.spread),
         cells.COMMON_NOTE,
         table(cells.common_rows(run.common)),
+        cells.REACHED_NOTE,
         run.left_out_note,
         "\n".join(f"- {remark}." for remark in run.remarks),
     ]

@@ -29,4 +29,5 @@ def renamed_selection(selection: Mapping[str, Any], names: Mapping[str, str]) ->
 
 def renamed_records(records: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:
     """Records with the environments' names in place of those that they were measured under."""
-    return records.assign(env=records["env_fingerprint"].map(names))
+    renamed: pd.DataFrame = records.assign(env=records["env_fingerprint"].map(names))
+    return renamed

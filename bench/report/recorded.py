@@ -10,10 +10,11 @@ from typing import Any
 
 import pandas as pd
 
-from bench.report import cells, cores
+from bench.report import cells, cores, lengths
 from bench.report.one_name import names_of, renamed_records, renamed_selection
 from bench.report.summary import common_problems, left_out_of_common, summarise
 from bench.store import StoredRecords
+from bench.straight import BLOCKED
 from envs import InputError
 
 
@@ -110,13 +111,47 @@ class RecordedRun:
 
     @cached_property
     def summary(self) -> pd.DataFrame:
-        """A row per environment and planner; see `bench.report.summary.summarise`."""
-        return summarise(self.records, self.order)
+        """A row per environment and planner; see `bench.report.summary.summarise`. Besides what
+        each was held to, and how soon it reached common lengths, as in `common`."""
+        table = summarise(self.records.assign(blocked=self._blocked), self.order)
+        of_common = self.common.set_index(["env", "planner"])
+        keys = pd.MultiIndex.from_frame(table[["env", "planner"]])
+        new = ["held_to", *lengths.COLUMNS]
+        told = {name: of_common[name].reindex(keys).to_numpy() for name in new}
+        whole: pd.DataFrame = table.assign(**told)
+        return whole
 
     @cached_property
     def common(self) -> pd.DataFrame:
-        """Of commonly solved problems; see `bench.report.summary.common_problems`."""
-        return common_problems(self.records)
+        """Of commonly solved problems; see `bench.report.summary.common_problems`. Besides,
+        `held_to` says when each planner might stop."""
+        rules = {
+            (env["id"], planner): lengths.held_to(selection, planner)
+            for selection in self.selections
+            for env in selection["envs"]
+            for planner in selection["planners"]
+        }
+        table = common_problems(self.records)
+        keys = zip(table["env"], table["planner"], strict=True)
+        whole: pd.DataFrame = table.assign(held_to=[rules.get(key, "") for key in keys])
+        return whole
+
+    @property
+    def _blocked(self) -> pd.Series:
+        """Of each record whether its problem's straight line is blocked, None where that is not
+        known, as in runs of before it was noted."""
+        letters = {
+            (env["fingerprint"], selection["seed"]): env.get("straight_lines", "")
+            for selection in sorted(self.selections, key=lambda chosen: int(chosen["problems"]))
+            for env in selection["envs"]
+        }
+        places = self.records[["env_fingerprint", "problems_seed", "problem"]]
+        told = [
+            letters.get((fingerprint, seed), "")[problem : problem + 1]
+            for fingerprint, seed, problem in places.itertuples(index=False)
+        ]
+        known = [None if not letter else letter == BLOCKED for letter in told]
+        return pd.Series(known, index=self.records.index, dtype=object)
 
     @property
     def left_out_note(self) -> str:

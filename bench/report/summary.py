@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from bench.record import NOT_ATTEMPTED, Verdict
+from bench.report import lengths
 from bench.report.cores import cpu_shares
 from bench.stats import censored_median, wilson_interval
 
@@ -42,6 +43,12 @@ COLUMNS = (
     "reason",
     "cpu_share_median",
     "processors",
+    "blocked_attempted",
+    "blocked_solved",
+    "blocked_success_rate",
+    "blocked_length_mean",
+    "held_to",
+    *lengths.COLUMNS,
 )
 
 _MEASURED = {"time_s": "solve_s", "length": "length", "safety_margin": "safety_margin"}
@@ -58,10 +65,12 @@ def summarise(records: pd.DataFrame, order: Sequence[tuple[str, str]]) -> pd.Dat
     `offline_s` adds training to it. `fallbacks` counts the verified successes that needed another
     planner's help, of planners whose `stats` say so. `cpu_share_median` is how much of a core an
     attempt had while it planned (`bench.report.cores`), `processors` how many processors there
-    were, by name.
+    were, by name. Columns with `blocked_` in front are of the problems whose straight line is
+    blocked, empty where that is not known. `held_to`, and what is of common lengths, is for
+    `RecordedRun.summary` to say.
 
     Args:
-        records: rows of the store.
+        records: rows of the store, which may have a column `blocked`.
         order: (env, planner) of the rows wanted, in their order; those without records are left
             out.
     """
@@ -105,7 +114,21 @@ def _row(env: str, planner: str, all_records: pd.DataFrame) -> dict[str, object]
         row[f"{name}_mean"] = values.mean()
         row[f"{name}_std"], row[f"{name}_var"] = values.std(), values.var()
         row[f"{name}_median"] = values.median()
-    return row
+    return row | _of_blocked(records)
+
+
+def _of_blocked(records: pd.DataFrame) -> dict[str, object]:
+    known = records["blocked"].dropna() if "blocked" in records else pd.Series(dtype=bool)
+    if known.empty:
+        return {}
+    blocked = records.loc[known.index[known.astype(bool)]]
+    solved = blocked[blocked["outcome"] == Verdict.VALID.value]
+    return {
+        "blocked_attempted": len(blocked),
+        "blocked_solved": len(solved),
+        "blocked_success_rate": len(solved) / len(blocked) if len(blocked) else math.nan,
+        "blocked_length_mean": solved["length"].astype(float).mean(),
+    }
 
 
 def _fallbacks(solved: pd.DataFrame) -> int | None:
@@ -126,14 +149,17 @@ def common_problems(records: pd.DataFrame) -> pd.DataFrame:
     those in `left_out_of_common`.
 
     Planners that do not support an environment do not take part there. One row per environment
-    and planner, with `problems`, the number of common ones.
+    and planner, with `problems`, the number of common ones, and how soon it reached common lengths
+    there (`bench.report.lengths.times_to_lengths`).
     """
-    columns = ["env", "planner", "problems", *(f"{n}_mean" for n in _MEASURED if n != "time_s")]
+    means = (f"{n}_mean" for n in _MEASURED if n != "time_s")
+    columns = ["env", "planner", "problems", *means, *lengths.COLUMNS]
     rows = []
     for env, group in attempted_records(records).groupby("env", sort=False):
         left_out = _left_out(group)
         planners = [planner for planner in group["planner"].unique() if planner not in left_out]
         common = _commonly_solved(group, planners)
+        reached = lengths.times_to_lengths(common).reindex(planners)
         for planner in planners:
             own = common[common["planner"] == planner]
             rows.append(
@@ -143,6 +169,7 @@ def common_problems(records: pd.DataFrame) -> pd.DataFrame:
                     "problems": len(own),
                     "length_mean": own["length"].astype(float).mean(),
                     "safety_margin_mean": own["safety_margin"].astype(float).mean(),
+                    **reached.loc[planner].to_dict(),
                 }
             )
     table: pd.DataFrame = pd.DataFrame(rows, columns=columns)

@@ -46,7 +46,9 @@ def test_some_attempts_are_enough_and_what_else_ran_is_a_fact_beside_it() -> Non
         row("p", 8 + i, "TIMEOUT", solve_s=5.0, cpu_s=2.0, load=1.5) for i in range(2)
     ]
     [remark] = recorded(rows).remarks
-    assert remark.endswith("in 2 of 10 attempts, 99 % in the median; other programs kept 1.5 cores busy")
+    assert remark.endswith(
+        "in 2 of 10 attempts, 99 % in the median; other programs kept 1.5 cores busy"
+    )
 
 
 def test_what_is_not_known_or_too_short_to_say_is_no_remark() -> None:

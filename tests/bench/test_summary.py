@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -121,5 +122,77 @@ def test_markdown_shows_every_number_and_status() -> None:
     assert "verified successes" in text
     [line] = [line for line in text.splitlines() if line.startswith("| c3d   | c ")]
     assert "UNSUPPORTED 2: it learns over many scenes" in line
-    assert [cell.strip() for cell in line.split("|")].count("-") == 5, "a dash for rate, time, length, margin and offline cost"
+    assert [cell.strip() for cell in line.split("|")].count("-") == 5, (
+        "a dash for rate, time, length, margin and offline cost"
+    )
     assert "nan" not in text
+
+
+def improving(planner: str, problem: int, length: float, *history: tuple[float, float]) -> Any:
+    stats = json.dumps({"cost_history": history}) if history else "{}"
+    return row(planner, problem, "VALID", solve_s=2.0, length=length, stats=stats)
+
+
+def test_times_to_common_lengths_by_hand() -> None:
+    """The shortest are 10 and 20. `early` has 12 at once, 10.4 after half a second and 10 in the
+    end; on the other problem it says 15, which the judge found to be 24. `late` has one path."""
+    rows = [
+        improving("early", 0, 10.0, (0.1, 12.0), (0.5, 10.4), (1.5, 10.0)),
+        improving("early", 1, 24.0, (0.2, 30.0), (0.3, 15.0)),
+        improving("late", 0, 10.4),
+        improving("late", 1, 20.0),
+    ]
+    table = summary.common_problems(pd.DataFrame(rows)).set_index("planner")
+    early, late = table.loc["early"], table.loc["late"]
+    assert (early["share_to_best"], early["share_to_5_percent"], early["share_to_20_percent"]) == (
+        *(0.5, 0.5),
+        1.0,
+    )
+    assert np.isposinf(early["time_s_to_best"]), "half were never reached"
+    assert early["time_s_to_20_percent"] == pytest.approx((0.1 + 0.3) / 2)
+    assert (late["share_to_best"], late["share_to_5_percent"]) == (0.5, 1.0)
+    assert late["time_s_to_5_percent"] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("stop", "improves", "said"),
+    [
+        ("match:mpnet:0.05", True, "1.05 x mpnet's"),
+        ("match:mpnet:device=cuda:0.1", True, "1.1 x mpnet:device=cuda's"),
+        ("match:mpnet:0.05", False, "its first path"),
+        ("match:mpnet:0.05", None, "1.05 x mpnet's, if it improves"),
+        ("first", True, "its first path"),
+        ("limit", True, "the time limit"),
+        ("limit", False, "its first path"),
+    ],
+)
+def test_tables_say_what_each_planner_was_held_to(
+    stop: str, improves: bool | None, said: str
+) -> None:
+    settings = {"time_limit_s": 5.0, "stop": stop, "jobs": 1}
+    known = {} if improves is None else {"improves": {"a": improves}}
+    run = recorded([improving("a", 0, 10.0)], settings=settings, **known)
+    assert run.common["held_to"].tolist() == [said]
+    assert run.summary["held_to"].tolist() == [said]
+    text = markdown.text(run)
+    assert f"| {said} " in text
+    assert "planning times compare only between planners held to the same" in text
+
+
+def test_problems_whose_straight_line_is_blocked_have_columns_of_their_own() -> None:
+    """Problems 1 and 3 are blocked; the last was not looked at."""
+    rows = [
+        row("a", i, "TIMEOUT" if i == 3 else "VALID", solve_s=1.0, length=10.0 + i)
+        for i in range(5)
+    ]
+    env = {"id": "c3d", "fingerprint": "f", "straight_lines": "FBFB"}
+    env["census"] = {"share_of_straight_lines_blocked": 0.5}
+    run = recorded([*rows, row("c", 0, "UNSUPPORTED")], envs=[env])
+    a, c = run.summary.to_dict("records")
+    assert (a["blocked_attempted"], a["blocked_solved"], a["blocked_success_rate"]) == (2, 1, 0.5)
+    assert a["blocked_length_mean"] == 11
+    assert np.isnan(c["blocked_success_rate"])
+    text = markdown.text(run)
+    assert "blocked: success %" in text
+    assert "Problems of c3d: share of straight lines blocked 0.5." in text
+    assert "blocked: success" not in markdown.text(recorded(rows)), "older runs do not say"
