@@ -38,6 +38,7 @@ def times_to_lengths(solved: pd.DataFrame) -> pd.DataFrame:
     Args:
         solved: verified successes in one environment, of every planner on the same problems.
     """
+    solved = solved.astype({"length": float, "solve_s": float})
     best = solved.groupby("problem")["length"].min()
     rows = {}
     for planner, attempts in solved.groupby("planner", sort=False):

@@ -94,7 +94,7 @@ def test_one_planner_in_one_environment_by_two_names_is_refused() -> None:
 def test_other_problems_of_one_environment_by_two_names_are_refused() -> None:
     a = recorded([row("p", 0, "VALID", env="b.ply")])
     b = recorded([row("q", 0, "VALID", env="./b.ply", problems_seed=3)], seed=3)
-    with pytest.raises(InputError, match="seed 0.*seed 3|seed 3.*seed 0"):
+    with pytest.raises(InputError, match=r"seed 0.*seed 3|seed 3.*seed 0"):
         RecordedRun.joined([a, b])
 
 
