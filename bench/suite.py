@@ -13,6 +13,7 @@ from typing import Any
 import envs
 import planners
 from bench import machine
+from bench.straight import share_blocked, straight_lines
 from envs import Environment, InputError, Problem
 from envs.registry import Entry
 from envs.seeding import TEST_SEEDS, training_seed
@@ -136,18 +137,27 @@ class Suite:
                 {
                     "id": arena.entry.id,
                     "fingerprint": arena.env.fingerprint,
-                    "census": arena.env.census(self.problems, self.seed),
+                    **self._told(arena),
                     "weights": {entry.id: arena.weights(entry) for entry in self.planners},
                 }
                 for arena in self.arenas
             ],
             "planners": [entry.id for entry in self.planners],
             "planner_versions": self.planner_versions,
+            "improves": {entry.id: bool(entry.make().improves) for entry in self.planners},
             "problems": self.problems,
             "seed": self.seed,
             "settings": self.settings,
             "settings_digest": self.settings_digest,
         }
+
+    def _told(self, arena: Arena) -> dict[str, Any]:
+        """What is worth knowing of the problems: facts that tables show, and of each problem
+        whether its straight line is blocked."""
+        letters = straight_lines(arena.env, arena.problems)
+        facts = {"share_of_straight_lines_blocked": share_blocked(letters)}
+        census = facts | arena.env.census(self.problems, self.seed)
+        return {"census": census, "straight_lines": letters}
 
 
 @dataclass(frozen=True)
@@ -217,6 +227,7 @@ def make_suite(
     check_range("--memory-limit", memory_limit_mb, 256, 2**24)
     env_entries = envs.REGISTRY.entries(env)
     worlds = [entry.make() for entry in env_entries]  # to be shown to planners, see `Arena`
+    env_entries, worlds = _distinct(env_entries, worlds)
     chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
     text, told = _paper_rule(worlds) if stop == PAPER else (stop, [])
     rule = StopRule.parse(text)
@@ -276,6 +287,18 @@ def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
     if device == CPU or "device" not in takes:
         return entry
     return Entry(entry.spec, {"device": device, **entry.arguments})
+
+
+def _distinct(
+    entries: list[Entry[Environment]], worlds: list[Environment]
+) -> tuple[list[Entry[Environment]], list[Environment]]:
+    """Each environment once, by its first name: one mesh may have been given by two paths."""
+    first: dict[str, int] = {}
+    for number, (entry, world) in enumerate(zip(entries, worlds, strict=True)):
+        known = first.setdefault(world.fingerprint, number)
+        if known != number:
+            logger.info("%s is the same environment as %s", entry.id, entries[known].id)
+    return [entries[i] for i in first.values()], [worlds[i] for i in first.values()]
 
 
 def _supports(entry: Entry[Planner], worlds: list[Environment]) -> bool:

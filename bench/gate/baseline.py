@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -88,6 +88,17 @@ class Baseline:
         """Without the rows in which nothing was attempted."""
         rows = {key: row for key, row in self.rows.items() if row.problems}
         return Baseline(rows, self.measures)
+
+    def called_as(self, other: Baseline) -> Baseline:
+        """With the other's names for environments of the same fingerprint: a mesh may have been
+        given by another path."""
+        known = {row.env for row in other.rows.values()}
+        names = {row.fingerprint: row.env for row in other.rows.values()}
+        rows = [
+            row if row.env in known else replace(row, env=names.get(row.fingerprint, row.env))
+            for row in self.rows.values()
+        ]
+        return replace(self, rows={row.key: row for row in rows})
 
     @property
     def planners(self) -> set[str]:

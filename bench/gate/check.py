@@ -106,13 +106,14 @@ def check(before: Baseline, now: Baseline, wanted: Wanted) -> Check:
     all tests of the check, is at most `wanted.alpha`, so that noise raises any false alarm with at
     most this probability.
 
-    A row compares if environment's fingerprint and settings are the same; measures need the same
-    problems, too.
+    A row compares if environment's fingerprint and settings are the same, whatever the environment
+    is called; measures need the same problems, too.
 
     Args:
         before, now: each with values of `wanted.measures`; see `Wanted.of`, which also gives
             `wanted.reference` as it is here.
     """
+    now = now.called_as(before)
     reasons = {key: _why_not(row, now.rows.get(key)) for key, row in sorted(before.rows.items())}
     notes = [f"{_named(key)}: {reason}" for key, reason in reasons.items() if reason]
     pairs = {key: (before.rows[key], now.rows[key]) for key, why in reasons.items() if not why}
@@ -158,13 +159,14 @@ def _why_not(before: Row, now: Row | None) -> str:
 
 def _success(before: Row, now: Row) -> Finding:
     test = success_test(before, now)
-    rates = (solved / problems for solved, problems in (test.before, test.now))
+    (was, of), (is_, now_of) = test.before, test.now
     return Finding(
-        before.env,
-        before.planner,
-        SUCCESS,
-        (test.before[1], test.now[1]),
-        *rates,
+        env=before.env,
+        planner=before.planner,
+        what=SUCCESS,
+        problems=(of, now_of),
+        before=was / of,
+        now=is_ / now_of,
         p=test.p,
         least_p=test.least_p,
         test=test,

@@ -8,7 +8,6 @@ from scipy.optimize import bisect
 
 from bench.stats import hodges_lehmann, signed_rank
 
-
 _WORST = 1e3
 """The largest factor that is looked for."""
 

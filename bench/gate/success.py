@@ -25,11 +25,15 @@ TESTS = {
 
 FLIPS = 2.5e-4
 """The share of outcomes that may change although the same paths come again: bad luck with time that
-the margin `_SLOWER` does not cover. Reruns of unchanged planners had none in some thousands."""
+margins for slower machines do not cover. Reruns of unchanged planners had none in some thousands."""
 
 _SLOWER = 10
-"""How many times slower than the baseline's a machine may be without a word: a problem that took
-more than this part of the time limit may be lost by a slower one alone."""
+"""How many times slower than the baseline's a machine may always be without a word: a problem that
+took more than this part of the time limit may be lost by a slower one alone."""
+
+_SLOWER_THAN_SEEN = 2
+"""The same, in times of the worst that was seen on a problem that both solved: that is what a busy
+machine did to this run."""
 
 _TELLING = 3
 """So many paths with bends must be as they were before a run counts as repeated. That paths of
@@ -68,21 +72,26 @@ class SuccessTest:
         return self._p_after(self.before[0])
 
     def noticed(self, threshold: float) -> int | None:
-        """How many solved problems must be lost for `p` to be at most a threshold, if none is
-        gained: None if all are not enough."""
+        """How many solved problems must be lost, whichever they are, for `p` to be at most a
+        threshold, if none is gained: None if all are not enough."""
         enough = [k for k in range(1, self.before[0] + 1) if self._p_after(k) <= threshold]
         return enough[0] if enough else None
 
     def power(self, fall: float, threshold: float) -> float:
         """The probability that `p` is at most a threshold if each problem that was solved is lost
-        with probability `fall`, and none is gained."""
+        with probability `fall`, and none is gained: at least that of as many lost as are always
+        enough, or of as many of those that only a change can lose."""
         needed = self.noticed(threshold)
-        return 0.0 if needed is None else float(binom.sf(needed - 1, self.before[0], fall))
+        always = 0.0 if needed is None else float(binom.sf(needed - 1, self.before[0], fall))
+        if self.name != "repeated":
+            return always
+        sure = [k for k in range(1, self.sure + 1) if self._p(0, k, 0, k) <= threshold]
+        return max(always, float(binom.sf(sure[0] - 1, self.sure, fall)) if sure else 0.0)
 
     def _p_after(self, lost: int) -> float:
         problems = self.now[1]
         left = round(self.before[0] * problems / self.before[1]) - lost
-        return self._p(max(left, 0), lost, 0, min(lost, self.sure))
+        return self._p(max(left, 0), lost, 0, max(lost - (self.before[0] - self.sure), 0))
 
     def _p(self, solved: int, lost: int, gained: int, lost_sure: int) -> float:
         if self.name == "Fisher":
@@ -112,7 +121,7 @@ def success_test(before: Row, now: Row) -> SuccessTest:
     was, is_ = (np.array(list(row.outcomes[:size])) for row in (before, now))
     shared = (was != MISSING) & (is_ != MISSING)
     won, wins = shared & _solved(was), shared & _solved(is_)
-    sure = won & _within(before, size)
+    sure = won & _within(before, now, won & wins)
     problems = int(shared.sum())
     if problems == 0:
         counts = (before.solved, before.problems), (now.solved, now.problems)
@@ -129,16 +138,20 @@ def success_test(before: Row, now: Row) -> SuccessTest:
 
 
 def _solved(outcomes: NDArray[np.str_]) -> Flags:
-    return (outcomes != FAILED) & (outcomes != MISSING)
+    solved: Flags = (outcomes != FAILED) & (outcomes != MISSING)
+    return solved
 
 
-def _within(row: Row, size: int) -> Flags:
-    """Which problems were solved so fast that a slower machine would solve them, too."""
-    times = row.values.get("time")
-    limit = re.search(r"\btime_limit_s=([0-9.]+)", row.settings)
-    if times is None or limit is None:
+def _within(before: Row, now: Row, both: Flags) -> Flags:
+    """Which problems were solved so fast that a slower, or busier, machine would solve them, too;
+    `both` are those that it did solve."""
+    size = len(both)
+    limit = re.search(r"\btime_limit_s=([0-9.]+)", before.settings)
+    if "time" not in before.values or "time" not in now.values or limit is None:
         return np.zeros(size, dtype=bool)
-    fast: Flags = times[:size] * _SLOWER <= float(limit[1])
+    earlier, later = before.values["time"][:size], now.values["time"][:size]
+    seen = float(np.max(later[both] / earlier[both], initial=0.0))
+    fast: Flags = earlier * max(_SLOWER, _SLOWER_THAN_SEEN * seen) <= float(limit[1])
     return fast
 
 

@@ -132,7 +132,8 @@ def _meaning(check: Check) -> str:
         )
         told.append(
             f"{_of_measures(wanted.reference)}; worse is {worse}, by more than "
-            f"{100 * wanted.tolerance:g} %, by Wilcoxon's signed-rank test of each problem's change."
+            f"{100 * wanted.tolerance:g} %, by Wilcoxon's signed-rank test of each problem's "
+            "change."
         )
     if any(finding.verdict is Verdict.BLIND for finding in check.findings):
         told.append(

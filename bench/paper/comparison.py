@@ -21,7 +21,7 @@ from bench.suite import make_suite
 MEASURES = {"time_s": ("time s", 3), "length": ("length", 2), "safety_margin": ("margin", 2)}
 """What the paper's tables have besides success: by the summary's names, titles and digits."""
 
-_OURS = ("env", "planner", "solved", "success_low", "success_high")
+_OURS = ("env", "planner", "attempted", "solved", "success_low", "success_high", "reason")
 _COMPARED = (
     *("problems", "success_rate"),
     *(f"{name}_{moment}" for name in MEASURES for moment in ("mean", "var")),
@@ -116,8 +116,10 @@ def _finding(row: dict[str, Any]) -> Finding:
     if math.isnan(row["paper_success_rate"]):
         return Finding(Verdict.NOT_COMPARABLE, "not in the paper's table")
     found = verdict.of_success(
-        row["solved"], row["problems"], row["paper_success_rate"], int(row["paper_problems"])
+        row["solved"], row["attempted"], row["paper_success_rate"], int(row["paper_problems"])
     )
+    if row["attempted"] == 0:
+        return replace(found, reason=f"not attempted{cells.because(row)}")
     ratio = row["time_s_mean"] / row["paper_time_s_mean"]
     if math.isnan(ratio):
         return found

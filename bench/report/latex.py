@@ -71,11 +71,19 @@ def write(run: RecordedRun, file: Path) -> None:
 def text(run: RecordedRun) -> str:
     """Both tables: all attempts (`tab:success`), and the commonly solved problems (`tab:common`).
     Outcomes other than success are told below the first. A table without rows is left out."""
-    notes = " ".join([escaped(cells.success_note(run.spread)), *_other_outcomes(run.summary)])
+    remarks = [f"{_prose(remark)}." for remark in run.remarks]
+    notes = " ".join(
+        [escaped(cells.success_note(run.spread)), *_other_outcomes(run.summary), *remarks]
+    )
     success = [_without_outcomes(row) for row in cells.success_rows(run.summary, run.spread)]
     tables = [
         _float("success", f"{_SUCCESS} {_prose(run.caption)}", success, notes),
-        _float("common", _COMMON, cells.common_rows(run.common), ""),
+        _float(
+            "common",
+            " ".join(map(_prose, filter(None, [_COMMON, cells.REACHED_NOTE, run.left_out_note]))),
+            cells.common_rows(run.common),
+            "",
+        ),
     ]
     return _PREFACE + "".join(tables)
 
@@ -132,7 +140,8 @@ def _other_outcomes(summary: pd.DataFrame) -> list[str]:
         outcomes.pop(Verdict.VALID.value, None)
         if outcomes:
             who = f"{name(row['planner'])} in {name(row['env'])}"
-            told.append(f"{who}: {escaped(cells.counted(outcomes))}.")
+            said = cells.counted(outcomes) + cells.because(row)
+            told.append(f"{who}: {escaped(said.rstrip('.'))}.")
     return told
 
 
@@ -162,8 +171,8 @@ def _tabular(rows: Sequence[dict[str, str]]) -> list[str]:
     for env, group in groupby(rows, key=lambda row: row["env"]):
         lines += [r"\midrule", rf"\multicolumn{{{len(titles)}}}{{l}}{{{name(env)}}} \\"]
         for row in group:
-            others = [_numbers(row[title]) for title in titles if title != "planner"]
-            lines.append(_line([name(row["planner"]), *others]))
+            others = (title for title in titles if title != "planner")
+            lines.append(_line([name(row["planner"]), *(_cell(t, row[t]) for t in others)]))
     return [*lines, r"\bottomrule", r"\end{tabular}%"]
 
 
@@ -171,7 +180,11 @@ def _line(texts: Iterable[str]) -> str:
     return rf"{' & '.join(texts)} \\"
 
 
+def _cell(title: str, text: str) -> str:
+    return _breakable(text) if title in cells.WORDS and text != cells.NONE else _numbers(text)
+
+
 def _numbers(cell: str) -> str:
     """A cell of numbers: a hyphen is a minus before a number, else a dash for none."""
     signed = re.sub(r"-(\w?)", lambda found: f"$-${found[1]}" if found[1] else "--", cell)
-    return signed.replace("±", r"$\pm$")
+    return signed.replace("±", r"$\pm$").replace("%", r"\%")

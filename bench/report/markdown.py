@@ -24,8 +24,11 @@ def text(run: RecordedRun) -> str:
         cells.success_note(run.spread),
         cells.COMMON_NOTE,
         table(cells.common_rows(run.common)),
+        cells.REACHED_NOTE,
+        run.left_out_note,
+        "\n".join(f"- {remark}." for remark in run.remarks),
     ]
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(filter(None, parts)) + "\n"
 
 
 def table(rows: Sequence[dict[str, str]]) -> str:

@@ -23,6 +23,7 @@ import pandas as pd
 from bench.record import LATE, Fault, Verdict
 from bench.report.history import cost_history
 from bench.report.recorded import RecordedRun
+from bench.report.summary import attempted_records, why_not_attempted
 from envs.problem import Array
 from planners import Status
 
@@ -101,7 +102,8 @@ def write(run: RecordedRun, file: Path) -> None:
     `safety_margin` (OMPL's clearance is a mean over waypoints, so it has another name),
     `travel_time` and `solution_time`, which is `time` without what failures took. `status` is the
     outcome, `correct_solution` what the judge says of a claimed path, NULL without one.
-    `progress` has the best length over time of verified successes.
+    `progress` has the best length over time of verified successes. What was not attempted is no
+    run, since rates are of all runs: `setup` has the reason, by planner, as `not_attempted`.
 
     Raises:
         OSError: it cannot be written.
@@ -122,7 +124,7 @@ def _fill(connection: sqlite3.Connection, run: RecordedRun) -> None:
         row = {"name": "status", "value": value, "description": outcome}
         _insert(connection, "enums", row)
     sessions = {session["run_id"]: session for session in run.sessions}
-    configs = _planner_configs(connection, run.records)
+    configs = _planner_configs(connection, attempted_records(run.records))
     for selection in run.selections:
         for env in selection["envs"]:
             asked = run.records["planner"].isin(selection["planners"])
@@ -130,7 +132,7 @@ def _fill(connection: sqlite3.Connection, run: RecordedRun) -> None:
             if not rows.empty:
                 measured = [sessions[r] for r in rows["run_id"].unique() if r in sessions]
                 experiment = _experiment(env, selection, rows, measured)
-                _put_runs(connection, experiment, configs, rows)
+                _put_runs(connection, experiment, configs, attempted_records(rows))
 
 
 def _planner_configs(
@@ -161,6 +163,7 @@ def _experiment(
         "settings": settings,
         "versions": [session.get("versions", {}) for session in sessions],
         "git": [session.get("git") for session in sessions],
+        "not_attempted": _not_attempted(rows),
     }
     return {
         "name": env["id"],
@@ -175,6 +178,15 @@ def _experiment(
         "seed": selection["seed"],
         "setup": json.dumps(setup, indent=2),
     }
+
+
+def _not_attempted(rows: pd.DataFrame) -> dict[str, str]:
+    """Reasons by planner."""
+    reasons = {
+        str(planner): why_not_attempted(attempts)
+        for planner, attempts in rows.groupby("planner", sort=False)
+    }
+    return {planner: reason for planner, reason in reasons.items() if reason is not None}
 
 
 def _version(sessions: list[dict[str, Any]]) -> str:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from bench.report.summary import common_problems, summarise
+from bench.report import cells, cores, lengths
+from bench.report.one_name import names_of, renamed_records, renamed_selection
+from bench.report.summary import common_problems, left_out_of_common, summarise
 from bench.store import StoredRecords
+from bench.straight import BLOCKED
 from envs import InputError
 
 
@@ -41,8 +44,10 @@ class RecordedRun:
         Raises:
             InputError: nothing yet.
         """
-        selection = store.selection()
-        records = _selected(store, selection)
+        asked = store.selection()
+        names = names_of([asked])
+        selection = renamed_selection(asked, names)
+        records = renamed_records(_selected(store, selection), names)
         ran = set(records["run_id"])
         sessions = tuple(s for s in store.sessions() if s["run_id"] in ran)
         return RecordedRun((folder,), (selection,), records, sessions)
@@ -59,13 +64,17 @@ class RecordedRun:
 
     @staticmethod
     def joined(runs: Sequence[RecordedRun]) -> RecordedRun:
-        """Several runs as one.
+        """Several runs as one. An environment that has several names in them, such as one mesh in
+        two folders, gets the first of them.
 
         Raises:
             InputError: two of them have the same planner in the same environment, whose rows
                 would be mixed, or other problems under one environment's name, on which planners
                 would be compared.
         """
+        _check_problems(runs)
+        names = names_of([selection for run in runs for selection in run.selections])
+        runs = [run.renamed(names) for run in runs]
         _check_problems(runs)
         _check_planners(runs)
         return RecordedRun(
@@ -74,6 +83,12 @@ class RecordedRun:
             pd.concat([run.records for run in runs], ignore_index=True),
             tuple(session for run in runs for session in run.sessions),
         )
+
+    def renamed(self, names: Mapping[str, str]) -> RecordedRun:
+        """With these names of environments, by their fingerprints."""
+        selections = tuple(renamed_selection(selection, names) for selection in self.selections)
+        records = renamed_records(self.records, names)
+        return replace(self, selections=selections, records=records)
 
     @property
     def order(self) -> list[tuple[str, str]]:
@@ -96,13 +111,57 @@ class RecordedRun:
 
     @cached_property
     def summary(self) -> pd.DataFrame:
-        """A row per environment and planner; see `bench.report.summary.summarise`."""
-        return summarise(self.records, self.order)
+        """A row per environment and planner; see `bench.report.summary.summarise`. Besides what
+        each was held to, and how soon it reached common lengths, as in `common`."""
+        table = summarise(self.records.assign(blocked=self._blocked), self.order)
+        of_common = self.common.set_index(["env", "planner"])
+        keys = pd.MultiIndex.from_frame(table[["env", "planner"]])
+        new = ["held_to", *lengths.COLUMNS]
+        told = {name: of_common[name].reindex(keys).to_numpy() for name in new}
+        whole: pd.DataFrame = table.assign(**told)
+        return whole
 
     @cached_property
     def common(self) -> pd.DataFrame:
-        """Of commonly solved problems; see `bench.report.summary.common_problems`."""
-        return common_problems(self.records)
+        """Of commonly solved problems; see `bench.report.summary.common_problems`. Besides,
+        `held_to` says when each planner might stop."""
+        rules = {
+            (env["id"], planner): lengths.held_to(selection, planner)
+            for selection in self.selections
+            for env in selection["envs"]
+            for planner in selection["planners"]
+        }
+        table = common_problems(self.records)
+        keys = zip(table["env"], table["planner"], strict=True)
+        whole: pd.DataFrame = table.assign(held_to=[rules.get(key, "") for key in keys])
+        return whole
+
+    @property
+    def _blocked(self) -> pd.Series:
+        """Of each record whether its problem's straight line is blocked, None where that is not
+        known, as in runs of before it was noted."""
+        letters = {
+            (env["fingerprint"], selection["seed"]): env.get("straight_lines", "")
+            for selection in sorted(self.selections, key=lambda chosen: int(chosen["problems"]))
+            for env in selection["envs"]
+        }
+        places = self.records[["env_fingerprint", "problems_seed", "problem"]]
+        told = [
+            letters.get((fingerprint, seed), "")[problem : problem + 1]
+            for fingerprint, seed, problem in places.itertuples(index=False)
+        ]
+        known = [None if not letter else letter == BLOCKED for letter in told]
+        return pd.Series(known, index=self.records.index, dtype=object)
+
+    @property
+    def left_out_note(self) -> str:
+        """Who is not in `common`, in a sentence, empty if all are."""
+        return cells.left_out_note(left_out_of_common(self.records))
+
+    @property
+    def remarks(self) -> list[str]:
+        """What keeps times from comparing; see `bench.report.cores.remarks`."""
+        return cores.remarks(self.records, self.sessions)
 
     @property
     def caption(self) -> str:

@@ -12,7 +12,6 @@ from bench.stats import pairs
 from bench.stats.walsh import subset_sums
 from envs.problem import Array
 
-
 _COUNTED = 13
 """Up to so many differences of which some are equal p is exact."""
 

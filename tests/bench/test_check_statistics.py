@@ -168,6 +168,22 @@ def test_problems_near_the_time_limit_may_be_lost_to_a_slower_machine() -> None:
     assert finding.verdict is Verdict.REGRESSION
 
 
+def test_a_busy_machine_is_no_regression() -> None:
+    """As once seen: paths as they were, and times up to twelve times as long, so that what took
+    0.3 to 0.45 s of 5 is not done in time."""
+    lengths, solved = np.arange(1.0, 21.0), np.full(20, "S")
+    times = np.concatenate([np.full(17, 0.02), [0.3, 0.4, 0.45]])
+    before = kept(lengths, solved, times)
+    busy = kept(lengths, np.where(times > 0.1, "F", "S"), 12 * times)
+    [finding] = check(before, busy, Wanted(0.05)).findings
+    assert finding.test is not None
+    assert (finding.test.name, finding.test.lost, finding.test.sure) == ("repeated", 3, 17)
+    assert finding.verdict is Verdict.NO_DROP
+    quiet = kept(lengths, np.where(times > 0.1, "F", "S"), times)
+    [finding] = check(before, quiet, Wanted(0.05)).findings
+    assert finding.verdict is Verdict.REGRESSION
+
+
 def test_a_slow_down_of_30_percent_is_found_with_50_problems() -> None:
     rng = np.random.default_rng(4)
     rates = {"reference": 1.0, "good": 1.0}

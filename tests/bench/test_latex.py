@@ -80,12 +80,17 @@ def test_captions_are_those_of_the_run() -> None:
     assert tex_reader.plain(caption).endswith(run.caption.replace("`", ""))
     assert r"\texttt{match:\allowbreak{}a\_\allowbreak{}b:0.05}" in caption
     assert "every planner solved" in common
+    left_out = "rrtstar in mesh:file=a_b.ply,robot_radius=0.1 (0 solved)"
+    assert left_out in tex_reader.plain(common)
 
 
 def test_a_table_without_rows_is_left_out() -> None:
-    tex = latex.text(recorded([row("a", 0, "UNSUPPORTED")]))
+    tex = latex.text(recorded([row("a", 0, "UNSUPPORTED", error="no weights_of it.\nMore.")]))
     assert list(tex_reader.tables(tex)) == ["success"]
-    assert tex_reader.tables(tex)["success"][0]["length"] == "-"
+    [cells_] = tex_reader.tables(tex)["success"]
+    assert {cells_[title] for title in ("success %", "length", "time s", "offline s")} == {"-"}
+    [note] = re.findall(r"\\raggedright (.*)\}\n", tex)
+    assert "a in c3d: UNSUPPORTED 1: no weights_of it." in tex_reader.plain(note)
 
 
 def test_numbers_below_zero_have_a_minus() -> None:

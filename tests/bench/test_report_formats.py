@@ -210,7 +210,8 @@ def test_the_database_has_what_the_summary_counts(
 
 
 def test_two_runs_become_one_report(bench: Cli, tmp_path: Path) -> None:
-    a, b = stored(tmp_path / "a", "c3d", "p", "q"), stored(tmp_path / "b", "box", "p")
+    a = stored(tmp_path / "a", "c3d", "p", "q")
+    b = stored(tmp_path / "b", "box", "p", fingerprint="g")
     formats = "md,csv,latex,planner-arena"
     code, out, err = bench("report", a, b, "--format", formats, "--out", tmp_path / "rep")
     assert (code, err) == (0, "")

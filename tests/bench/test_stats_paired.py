@@ -15,9 +15,9 @@ from scipy import stats as scipy_stats
 
 from bench.stats import (
     discordant_share,
+    hodges_lehmann,
     holm,
     mcnemar,
-    hodges_lehmann,
     paired_drop,
     paired_effect,
     shift_interval,

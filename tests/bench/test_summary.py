@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,8 +20,8 @@ ROWS = [
     row("b", 0, "KILLED", solve_s=6.0),
     row("b", 1, "VALID", solve_s=2.0, length=22.0, safety_margin=0.1, stats='{"fallbacks": 2}'),
     row("b", 2, "TIMEOUT", solve_s=5.0),
-    row("c", 0, "UNSUPPORTED"),
-    row("c", 1, "UNSUPPORTED"),
+    row("c", 0, "UNSUPPORTED", error="it learns over many scenes\nand more"),
+    row("c", 1, "UNSUPPORTED", error="it learns over many scenes\nand more"),
 ]
 RECORDS = pd.DataFrame(ROWS)
 ORDER = [("c3d", "b"), ("c3d", "a"), ("c3d", "c"), ("c3d", "absent")]
@@ -45,7 +46,54 @@ def test_summary_by_hand() -> None:
     assert table.loc["c", "solved"] == 0
     assert table.loc["b", "fallbacks"] == 1
     assert np.isnan(table.loc["a", "fallbacks"]), "none is not 0"
-    assert np.isnan(table.loc["c", "time_s_mean"])
+    empty = table.loc["c"].drop(["env", "problems", "attempted", "solved", "status_counts"])
+    assert empty.pop("reason") == "it learns over many scenes"
+    assert empty.pop("processors") == 0
+    assert empty.isna().all(), "what was not attempted has no rate, time or cost"
+    assert (table.loc["c", "problems"], table.loc["c", "attempted"]) == (2, 0)
+    assert pd.isna(table.loc["a", "reason"])
+
+
+def test_rates_are_of_what_was_attempted() -> None:
+    """Some were skipped before there were weights."""
+    rows = [row("a", i, "VALID" if i else "TIMEOUT", solve_s=1.0) for i in range(4)]
+    rows += [row("a", i, "SKIPPED", error="no weights") for i in range(4, 10)]
+    [a] = summary.summarise(pd.DataFrame(rows), [("c3d", "a")]).to_dict("records")
+    assert (a["problems"], a["attempted"], a["solved"], a["success_rate"]) == (10, 4, 3, 0.75)
+    assert (a["success_low"], a["success_high"]) == wilson_interval(3, 4)
+    assert a["reason"] == "no weights"
+
+
+def test_one_that_solves_nothing_is_left_out_of_the_common_problems_by_name() -> None:
+    rows = [*ROWS, *(row("hopeless", i, "TIMEOUT", solve_s=5.0) for i in range(3))]
+    table = summary.common_problems(pd.DataFrame(rows)).set_index("planner")
+    assert table.index.tolist() == ["a", "b"]
+    assert table["problems"].tolist() == [1, 1]
+    assert summary.left_out_of_common(pd.DataFrame(rows)) == {"c3d": {"hopeless": 0}}
+    text = markdown.text(recorded(rows))
+    assert "Left out, as no problem was solved by all with them: `hopeless` in `c3d` (0 sol" in text
+    assert "Left out" not in markdown.text(recorded(ROWS)), "c did not take part"
+
+
+def test_those_that_solve_fewest_are_left_out_until_something_is_common() -> None:
+    solved = {"a": range(5), "b": range(1, 6), "few": [7, 8], "one": [9], "none": []}
+    rows = [
+        row(name, i, "VALID" if i in known else "TIMEOUT", solve_s=1.0, length=1.0)
+        for name, known in solved.items()
+        for i in range(10)
+    ]
+    table = summary.common_problems(pd.DataFrame(rows)).set_index("planner")
+    assert table["problems"].to_dict() == {"a": 4, "b": 4}
+    left_out = summary.left_out_of_common(pd.DataFrame(rows))
+    assert left_out == {"c3d": {"none": 0, "one": 1, "few": 2}}
+
+
+def test_two_that_share_nothing_are_still_told() -> None:
+    rows = [row(name, i, "VALID", length=1.0) for name, i in (("a", 0), ("b", 1))]
+    rows += [row(name, i, "TIMEOUT") for name, i in (("a", 1), ("b", 0))]
+    table = summary.common_problems(pd.DataFrame(rows))
+    assert table["problems"].tolist() == [0, 0]
+    assert summary.left_out_of_common(pd.DataFrame(rows)) == {}
 
 
 def test_common_problems_by_hand() -> None:
@@ -72,5 +120,79 @@ def test_markdown_shows_every_number_and_status() -> None:
     assert "fallback" not in line
     assert "TIMEOUT 1, with fallback 1" in text
     assert "verified successes" in text
-    assert "UNSUPPORTED 2" in text
+    [line] = [line for line in text.splitlines() if line.startswith("| c3d   | c ")]
+    assert "UNSUPPORTED 2: it learns over many scenes" in line
+    assert [cell.strip() for cell in line.split("|")].count("-") == 5, (
+        "a dash for rate, time, length, margin and offline cost"
+    )
     assert "nan" not in text
+
+
+def improving(planner: str, problem: int, length: float, *history: tuple[float, float]) -> Any:
+    stats = json.dumps({"cost_history": history}) if history else "{}"
+    return row(planner, problem, "VALID", solve_s=2.0, length=length, stats=stats)
+
+
+def test_times_to_common_lengths_by_hand() -> None:
+    """The shortest are 10 and 20. `early` has 12 at once, 10.4 after half a second and 10 in the
+    end; on the other problem it says 15, which the judge found to be 24. `late` has one path."""
+    rows = [
+        improving("early", 0, 10.0, (0.1, 12.0), (0.5, 10.4), (1.5, 10.0)),
+        improving("early", 1, 24.0, (0.2, 30.0), (0.3, 15.0)),
+        improving("late", 0, 10.4),
+        improving("late", 1, 20.0),
+    ]
+    table = summary.common_problems(pd.DataFrame(rows)).set_index("planner")
+    early, late = table.loc["early"], table.loc["late"]
+    assert (early["share_to_best"], early["share_to_5_percent"], early["share_to_20_percent"]) == (
+        *(0.5, 0.5),
+        1.0,
+    )
+    assert np.isposinf(early["time_s_to_best"]), "half were never reached"
+    assert early["time_s_to_20_percent"] == pytest.approx((0.1 + 0.3) / 2)
+    assert (late["share_to_best"], late["share_to_5_percent"]) == (0.5, 1.0)
+    assert late["time_s_to_5_percent"] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("stop", "improves", "said"),
+    [
+        ("match:mpnet:0.05", True, "1.05 x mpnet's"),
+        ("match:mpnet:device=cuda:0.1", True, "1.1 x mpnet:device=cuda's"),
+        ("match:mpnet:0.05", False, "its first path"),
+        ("match:mpnet:0.05", None, "1.05 x mpnet's, if it improves"),
+        ("first", True, "its first path"),
+        ("limit", True, "the time limit"),
+        ("limit", False, "its first path"),
+    ],
+)
+def test_tables_say_what_each_planner_was_held_to(
+    stop: str, improves: bool | None, said: str
+) -> None:
+    settings = {"time_limit_s": 5.0, "stop": stop, "jobs": 1}
+    known = {} if improves is None else {"improves": {"a": improves}}
+    run = recorded([improving("a", 0, 10.0)], settings=settings, **known)
+    assert run.common["held_to"].tolist() == [said]
+    assert run.summary["held_to"].tolist() == [said]
+    text = markdown.text(run)
+    assert f"| {said} " in text
+    assert "planning times compare only between planners held to the same" in text
+
+
+def test_problems_whose_straight_line_is_blocked_have_columns_of_their_own() -> None:
+    """Problems 1 and 3 are blocked; the last was not looked at."""
+    rows = [
+        row("a", i, "TIMEOUT" if i == 3 else "VALID", solve_s=1.0, length=10.0 + i)
+        for i in range(5)
+    ]
+    env = {"id": "c3d", "fingerprint": "f", "straight_lines": "FBFB"}
+    env["census"] = {"share_of_straight_lines_blocked": 0.5}
+    run = recorded([*rows, row("c", 0, "UNSUPPORTED")], envs=[env])
+    a, c = run.summary.to_dict("records")
+    assert (a["blocked_attempted"], a["blocked_solved"], a["blocked_success_rate"]) == (2, 1, 0.5)
+    assert a["blocked_length_mean"] == 11
+    assert np.isnan(c["blocked_success_rate"])
+    text = markdown.text(run)
+    assert "blocked: success %" in text
+    assert "Problems of c3d: share of straight lines blocked 0.5." in text
+    assert "blocked: success" not in markdown.text(recorded(rows)), "older runs do not say"

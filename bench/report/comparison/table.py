@@ -133,9 +133,7 @@ def compare(pairs: Sequence[Pair]) -> pd.DataFrame:
         for (pair, finding), p_holm in zip(found, corrected.tolist(), strict=True)
     ]
     table = pd.DataFrame(rows, columns=list(COLUMNS))
-    typed: pd.DataFrame = table.astype(
-        {"only_a": "Int64", "only_b": "Int64", "differing": "Int64"}
-    )
+    typed: pd.DataFrame = table.astype({"only_a": "Int64", "only_b": "Int64", "differing": "Int64"})
     return typed
 
 

@@ -18,10 +18,10 @@ NOTE = (
     "Verdicts are of B, by A: better is more success, less time, a shorter path, a larger margin; "
     "same means that no difference was shown, not that there is none. Success is of the n problems "
     "that both were measured on, with McNemar's exact test; the rest are medians over the n that "
-    "both solved, with Wilcoxon's signed-rank test. B / A is Hodges and Lehmann's estimate of B by A "
-    "on a problem, of time and length, and B - A of margins (and where one is not positive), "
-    f"with the {100 * CONFIDENCE:.0f} % interval that goes with the test; where both are the same on "
-    "some problems, both are about the others, whose number stands there. Corrected p are Holm's "
+    "both solved, with Wilcoxon's signed-rank test. B / A is Hodges and Lehmann's estimate of B by "
+    "A on a problem, of time and length, and B - A of margins (and where one is not positive), "
+    f"with the {100 * CONFIDENCE:.0f} % interval that goes with the test; where both are the same "
+    "on some problems, it is about the others, whose number stands there. Corrected p are Holm's "
     f"for all tests of the table. A difference is shown if that is at most {1 - CONFIDENCE:.2g}."
 )
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from bench.report import cells
@@ -18,6 +19,9 @@ _SORTED_BY = {
     "length": "length_mean",
     "safety margin": "safety_margin_mean",
     "offline s": "offline_s",
+    cells.BLOCKED_SUCCESS: "blocked_success_rate",
+    cells.BLOCKED_LENGTH: "blocked_length_mean",
+    **{title: f"time_s_to_{level}" for level, title in cells.REACHED.items()},
 }
 """Titles of columns with numbers to the summary's columns."""
 
@@ -87,6 +91,7 @@ def _cell(title: str, text: str, numbers: dict[Any, Any], sorted_by: dict[str, s
         return Cell(text)
     value = numbers[sorted_by[title]]
     interval = None
-    if title == "success %":
+    if title == "success %" and not pd.isna(value):
         interval = (numbers["success_rate"], numbers["success_low"], numbers["success_high"])
-    return Cell(text, None if pd.isna(value) else float(value), interval)
+    # What is endless has no place among numbers.
+    return Cell(text, float(value) if np.isfinite(value) else None, interval)
