@@ -136,9 +136,7 @@ def show(chosen: argparse.Namespace) -> int:
     shown = None
     if chosen.paths is not None:
         records = RecordedRun.read(chosen.paths).records
-        if chosen.planners != "all":
-            wanted = [entry.id for entry in planners.REGISTRY.entries(chosen.planners)]
-            records = records[records["planner"].isin(wanted)]
+        records = scene.of_planners(records, chosen.planners, chosen.paths)
         shown = scene.paths_of_problem(records, world.fingerprint, chosen.problem)
     if isinstance(world, ArmWorld):
         arm_scene.draw(world, env.id, shown, chosen.out)

@@ -260,6 +260,20 @@ class Registry(Generic[T]):
         except UnknownNameError:
             return text
 
+    def ids_among(self, text: str, known: Collection[str]) -> list[str]:
+        """The ids that a comma-separated text names, each as in `id_among`; of a group, those of
+        its members that are known, and of "all" all that are.
+
+        Raises:
+            InputError: arguments do not fit.
+        """
+        found: dict[str, None] = {}
+        for part in split_entries(text):
+            members = () if part in self._names() else {spec.id for spec in self.group(part)}
+            ids = [id for id in known if part == "all" or id in members]
+            found.update(dict.fromkeys(ids or [self.id_among(part, known)]))
+        return list(found)
+
     def _entry(self, spec: Spec, chosen: Mapping[str, str]) -> Entry[T]:
         self._check_class(spec)
         if not chosen:

@@ -4,6 +4,7 @@ store, the reports and back."""
 from __future__ import annotations
 
 from pathlib import Path
+from unittest.mock import ANY
 
 import pandas as pd
 import trimesh
@@ -29,7 +30,8 @@ class Typed(Planner):
         pass
 
     def solve(self, problem, budget):
-        return PlannerResult(Status.INFEASIBLE, stats={"file": str(self.file)})
+        path = [problem.start, problem.goal]
+        return PlannerResult(Status.EXACT_SOLUTION, path, {"file": str(self.file)})
 """
 
 
@@ -47,13 +49,19 @@ def test_from_the_command_line_to_the_store_and_back(bench: Cli, tmp_path: Path)
     )
     assert code == 0, err
     [record] = records_of(run).to_dict("records")
-    assert record["status"] == "INFEASIBLE"
+    assert record["status"] == "EXACT_SOLUTION"
     assert "a, b" in record["stats"]
     assert record["planner"] == 'typed:file="a, b",how=None,sizes="1,2"'
     assert record["env"] == env
     assert record["env"] in out
     assert bench("report", run, "--format", "csv,latex")[0] == 0
     assert pd.read_csv(run / "summary.csv")["env"].tolist() == [env]
+    show = ("show", "--env", env, "--paths", run, "--out", tmp_path / "paths.png")
+    assert bench(*show, "--planners", record["planner"]) == (0, "", ANY), "it need not be known"
+    assert bench(*show, "--planners", planner, "--planner-file", planners)[0] == 0
+    code, _, err = bench(*show, "--planners", "typed")
+    assert code == 2
+    assert record["planner"] in err
     again = ("--env", record["env"], "--planner", record["planner"], "--problem", 0)
     code, _, err = bench("replay", run, *again, "--planner-file", planners)
     assert code == 0, err
