@@ -16,7 +16,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, get_type_hints
 
-from envs.errors import InputError, reason, suggestion
+from envs.errors import InputError, is_text, reason, suggestion
 from envs.text_values import IN_QUOTES, kind_of, quoted, split, text_of, unquoted
 
 _PIECE = re.compile(rf"[^,=]*(?:=\s*(?:{IN_QUOTES})?[^,]*)?")
@@ -38,6 +38,8 @@ def parsed_arguments(text: str, rest: str) -> dict[str, str]:
             raise InputError(f"{text!r}: {piece.strip()!r} is not of the form key=value{hint}")
         if key in chosen:
             raise InputError(f"{text!r}: {key!r} is given twice")
+        if not is_text(value):
+            raise InputError(f"{text!r}: {key} holds bytes that are not UTF-8; rename that file")
         try:
             chosen[key] = unquoted(value)
         except ValueError as error:
