@@ -15,7 +15,7 @@ from typing import Any
 import psutil
 
 from bench.launch import COMMAND, ONE_THREAD
-from envs.processors import physical_cores, usable_cores, usable_cpus
+from envs import processors
 
 _PACKAGES = (
     "plannerbench",
@@ -34,7 +34,7 @@ def shares(number: int) -> list[tuple[int, ...]]:
     """Logical processors for each of a number of planners at a time: equal numbers of whole cores,
     that none of the others uses. Empty tuples, for any processor, if there is only one planner, or
     the system does not say or does not have enough."""
-    cores = usable_cores()
+    cores = processors.usable_cores()
     each = len(cores) // number
     if number == 1 or each == 0 or not hasattr(os, "sched_setaffinity"):
         return [()] * number
@@ -67,8 +67,8 @@ def describe() -> dict[str, Any]:
         "machine": {
             "system": platform.platform(),
             "processor": processor(),
-            "physical_cores": physical_cores(),
-            "usable_cpus": usable_cpus(),
+            "physical_cores": processors.physical_cores(),
+            "usable_cpus": processors.usable_cpus(),
             "memory_mb": psutil.virtual_memory().total // 2**20,
         },
         "python": platform.python_version(),

@@ -86,8 +86,8 @@ class WorkerProcess:
                 start_new_session=True,  # a Ctrl-C is the harness's to handle
             )
         self._described = {
-            "env": _describe(env),
-            "planner": _describe(planner),
+            "env": env.description,
+            "planner": planner.description,
             "fingerprint": fingerprint,
         }
 
@@ -246,11 +246,3 @@ class WorkerProcess:
 def _signal_name(number: int) -> str:
     named = {known.value: known.name for known in signal.Signals}
     return named.get(number, f"signal {number}")
-
-
-def _describe(entry: Entry[Any]) -> wire.Message:
-    return {
-        "id": entry.spec.id,
-        "entry_point": entry.spec.entry_point,
-        "arguments": {**entry.spec.arguments, **entry.arguments},
-    }

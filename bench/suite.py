@@ -12,9 +12,8 @@ from typing import Any
 
 import envs
 import planners
-from bench import machine
 from bench.straight import share_blocked, straight_lines
-from envs import Environment, InputError, Problem
+from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
 from envs.seeding import TEST_SEEDS, training_seed
 from planners import Planner
@@ -312,7 +311,7 @@ def _improves(entry: Entry[Planner], worlds: list[Environment]) -> bool:
 
 
 def _check_jobs(jobs: int) -> None:
-    cores = machine.physical_cores()
+    cores = processors.physical_cores()
     if not 1 <= jobs <= cores:
         raise InputError(
             f"--jobs must be between 1 and {cores}, the physical cores here, not {jobs}: "

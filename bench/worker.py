@@ -26,7 +26,8 @@ from bench.left_running import Before
 from bench.memory import MemoryPeak
 from bench.process_tree import below_cpu_s, own_cpu_s
 from bench.record import Fault
-from envs import Environment, Problem, Spec
+from envs import Environment, Problem
+from envs.registry import Entry
 from planners import Budget, Planner
 
 _MOST_SAID = 10_000  # characters at either end of what is said of an error
@@ -119,12 +120,12 @@ def _set_up(
     setting up, importing it does not."""
     timed = _Timed(connection)
     try:
-        env: Environment = _class_of(request["env"])(**request["env"]["arguments"])
+        env: Environment = Entry.described(request["env"]).make()
         if env.fingerprint != request["fingerprint"]:
             raise RuntimeError("the environment is not the same in every process")
-        cls = _class_of(request["planner"])
+        entry: Entry[Planner] = Entry.described(request["planner"])
         with timed:
-            planner: Planner = cls(**request["planner"]["arguments"])
+            planner = entry.make()
             reason = planner.unsupported(env)
             if reason is None:
                 planner.setup(env, seed=request["seed"])
@@ -143,10 +144,6 @@ def _set_up(
 
 def _said_of_setup(timed: _Timed, status: str | None, error: str) -> wire.Message:
     return {"status": status, "error": error, "setup_s": timed.seconds}
-
-
-def _class_of(described: wire.Message) -> type:
-    return Spec(described["id"], described["entry_point"], "").load()
 
 
 def _attempt(

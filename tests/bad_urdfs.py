@@ -131,7 +131,6 @@ BAD_URDFS = {
     "capsule of another's": (with_shape('<drake:capsule radius="1"/>'), "put a cylinder and"),
     "other shape": (with_shape("<ellipsoid/>"), "<ellipsoid> is not read, only box"),
     "quaternion": (placed('<origin quat_xyzw="0 0 1 0"/>'), "has quat_xyzw, which is not read"),
-    "Collada": (with_shape('<mesh filename="cube.dae"/>'), "convert it to .stl or .obj"),
     "no size": (with_shape("<box/>"), "<box> has no size"),
     "flat box": (with_shape('<box size="1 0 1"/>'), "must be positive"),
     "short box": (with_shape('<box size="1 1"/>'), "3 finite"),

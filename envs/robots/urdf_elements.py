@@ -108,13 +108,18 @@ def _tree(content: bytes) -> ElementTree.Element:
     parser = expat.ParserCreate()
     parser.StartElementHandler = builder.start
     parser.EndElementHandler = builder.end
-    parser.SkippedEntityHandler = _refuse_entity
+    parser.SkippedEntityHandler = _refuse_undefined
+    parser.ExternalEntityRefHandler = _refuse_external
     parser.Parse(content, True)
     return builder.close()
 
 
-def _refuse_entity(name: str, _of_parameters: bool) -> None:
+def _refuse_undefined(name: str, _of_parameters: bool) -> None:
     raise InputError(f"not well-formed XML (undefined entity &{name};); mend it there")
+
+
+def _refuse_external(_context: str, _base: str | None, place: str | None, _id: str | None) -> int:
+    raise InputError(f"wants what is elsewhere, {place}; put what is needed into it")
 
 
 class _ShallowTree(ElementTree.TreeBuilder):

@@ -37,7 +37,7 @@ def test_beside_a_nasty_planner_the_others_lose_nothing_and_nothing_stays(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Two at a time, also where there is one core: how fast planners are does not matter here.
-    monkeypatch.setattr("bench.machine.physical_cores", lambda: 2)
+    monkeypatch.setattr("envs.processors.physical_cores", lambda: 2)
     current, temporary = tmp_path / "current", tmp_path / "temporary"
     current.mkdir()
     temporary.mkdir()

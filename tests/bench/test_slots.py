@@ -27,7 +27,7 @@ can_confine = pytest.mark.skipif(
 
 @pytest.fixture(autouse=True)
 def told(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setattr("bench.machine.physical_cores", lambda: 2)
+    monkeypatch.setattr("envs.processors.physical_cores", lambda: 2)
     for spec in told_planners.SPECS:
         planners.REGISTRY.register(spec)
     yield

@@ -106,7 +106,7 @@ def test_a_planner_keeps_the_device_that_it_was_given() -> None:
 def test_a_world_is_made_once_for_each_use_and_the_judges_is_shown_to_no_planner(
     jobs: int, most: int, bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("bench.machine.physical_cores", lambda: 2)
+    monkeypatch.setattr("envs.processors.physical_cores", lambda: 2)
     made: list[Environment] = []
     shown: list[Environment] = []
     judged: list[Environment] = []

@@ -16,7 +16,7 @@ from conftest import Cli, Refused
 
 import envs
 import planners
-from bench import conformance, process, wire, worker
+from bench import conformance, wire, worker
 from bench.conformance import Outcome, cage
 from bench.process import Attempt, SetUp
 from bench.record import Fault
@@ -35,8 +35,8 @@ class Here:
 
     def __init__(self, env: Entry[Environment], planner: Entry[Planner], fingerprint: str) -> None:
         self._request = {
-            "env": process._describe(env),
-            "planner": process._describe(planner),
+            "env": env.description,
+            "planner": planner.description,
             "fingerprint": fingerprint,
         }
         self.alive = True

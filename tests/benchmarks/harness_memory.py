@@ -21,7 +21,7 @@ import psutil
 NASTY = Path(__file__).parents[1] / "nasty_planner.py"
 PLANNERS = ("rrtconnect", "rrtconnect:range=2", "nasty")
 BOOT = (  # two planners at a time, also where there is one core: times do not matter here
-    "import sys; from bench import cli, machine; machine.physical_cores = lambda: 2;"
+    "import sys; from bench import cli; from envs import processors; processors.physical_cores = lambda: 2;"
     "sys.exit(cli.main())"
 )
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from bad_urdfs import BALL, LIMIT, collision, joint, link, robot
+from bad_urdfs import BALL, LIMIT, collision, joint, link, robot, with_shape
 
 from envs import InputError
 from envs.notices import tell_once
@@ -203,14 +203,22 @@ def test_shapes_that_are_put_together_for_a_capsule_are_read(tmp_path: Path) -> 
     assert len(read_urdf(tmp_path / "arm.urdf")[1]) == 4
 
 
-DATA = Path(os.environ.get("BENCH_DATA", "no data")) / "mbm"
+@pytest.mark.parametrize("name", ["hand.dae", "hand.DAE", "hand.fbx", "hand.gltf", "hand.step"])
+def test_formats_that_are_not_read_have_a_remedy(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("<COLLADA/>")
+    said = refusal(tmp_path, with_shape(f'<mesh filename="{name}"/>'))
+    assert f"link 'b': {tmp_path / name}: meshes are read from .obj" in said
+    assert "convert it to .stl or .obj" in said
+
+
+DATA = Path(os.environ.get("BENCH_DATA", "data")) / "mbm"
 
 
 @pytest.mark.parametrize(("name", "joints"), [("panda", 7), ("ur5", 6), ("fetch", 8)])
 def test_robots_of_motionbenchmaker_are_read(name: str, joints: int) -> None:
     file = DATA / name / f"{name}.urdf"
     if not file.is_file():
-        pytest.skip(f"no {file}: set BENCH_DATA")
+        pytest.skip(f"there is no {file}; BENCH_DATA names the folder")
     chain, parts = read_urdf(file)
     assert chain.dimension == joints
     assert len(parts) > joints
@@ -219,7 +227,7 @@ def test_robots_of_motionbenchmaker_are_read(name: str, joints: int) -> None:
 def test_a_robot_with_two_arms_is_refused_by_their_first_joints() -> None:
     file = DATA / "baxter" / "baxter.urdf"
     if not file.is_file():
-        pytest.skip(f"no {file}: set BENCH_DATA")
+        pytest.skip(f"there is no {file}; BENCH_DATA names the folder")
     with pytest.raises(
         InputError, match=r"right_s0' with 6 joints beyond it, and 'left_s0' with 6"
     ):
