@@ -156,8 +156,9 @@ class Arena:
     def make(entry: Entry[Environment], problems: int, seed: int) -> Arena:
         """Raises InputError if the environment cannot be made or has too few problems."""
         env = entry.make()
+        asked = tuple(env.sample_problems(problems, seed))  # first, as its errors say how many
         [warm_up] = env.sample_problems(1, training_seed("warm-up", seed))
-        return Arena(entry, env, tuple(env.sample_problems(problems, seed)), warm_up)
+        return Arena(entry, env, asked, warm_up)
 
 
 def make_suite(

@@ -1,8 +1,8 @@
 """Distances from triangle meshes in compiled code, never above the truth.
 
 A tree of balls and boxes about ever fewer triangles leads to those that may be nearest. How far
-these are is found in closed form (`triangles`), or is the distance between convex solids (`convex`);
-both err to the safe side.
+these are is found in closed form (`triangles`), or is the distance between convex solids
+(`convex`); both err to the safe side.
 """
 
 from __future__ import annotations

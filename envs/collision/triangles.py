@@ -18,6 +18,7 @@ _FLAT = 1e-20
 """Of the product of two edges' squared lengths: a triangle whose squared area is less is none, and
 has edges only."""
 
+
 @kernel
 def point_to_triangle(row: Any, x: float, y: float, z: float) -> float:
     """The distance of a point from a triangle."""

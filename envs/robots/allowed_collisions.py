@@ -117,8 +117,8 @@ def _points(placed: Placed, poses: Array) -> Array:
 
 
 def _encloses(mesh: Mesh, poses: Array, offset: Array, points: Array) -> NDArray[np.bool_]:
-    """Whether a mesh has one of some points (n, k, 3) within, (n,) of bool, at an offset (4, 4) from
-    its body at poses (n, 3, 4)."""
+    """Whether a mesh has one of some points (n, k, 3) within, (n,) of bool. It is at an offset
+    (4, 4) from its body, which is at poses (n, 3, 4)."""
     local = (points - poses[:, None, :, 3]) @ poses[:, :, :3]
     local = (local - offset[:3, 3]) @ offset[:3, :3]
     inside = queries(mesh).is_inside(local.reshape(-1, 3))
