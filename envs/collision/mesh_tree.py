@@ -93,7 +93,8 @@ def _grown(corners: Array) -> Trees:
         order = order[np.lexsort((along, owner))][inner[owner]]
         first = sizes[inner] // 2
         sizes = np.stack([first, sizes[inner] - first], axis=1).ravel()
-    return Trees(*map(np.concatenate, zip(*levels, strict=True)), triangles)
+    middles, halves, axes, radii, child = map(np.concatenate, zip(*levels, strict=True))
+    return Trees(middles, halves, axes, radii, child, triangles)
 
 
 def _bounds(corners: Array, sizes: NDArray[np.int64]) -> tuple[Array, Array, Array, Array]:

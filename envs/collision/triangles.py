@@ -149,4 +149,5 @@ def _segments(p: Any, d: Any, q: Any, f: Any) -> float:
     x = r[0] + s * d[0] - t * f[0]
     y = r[1] + s * d[1] - t * f[1]
     z = r[2] + s * d[2] - t * f[2]
-    return x * x + y * y + z * z
+    squared: float = x * x + y * y + z * z
+    return squared

@@ -195,7 +195,7 @@ class ArmWorld(Environment):
         return (
             f"both ends must keep {self.min_clearance} m clear and be joined by a path, and of "
             f"five straight lines at most {self.most_free_of_five} be free; {self._tightness()}; "
-            f"no path joined {made.dropped} pairs of ends; change what is about the arm, or its links"
+            f"no path joined {made.dropped} pairs of ends; change what is about the arm, or links"
         )
 
     def _tightness(self) -> str:
