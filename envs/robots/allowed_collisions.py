@@ -123,8 +123,8 @@ def _encloses(mesh: Mesh, poses: Array, offset: Array, points: Array) -> NDArray
     local = (points - poses[:, None, :, 3]) @ poses[:, :, :3]
     local = (local - offset[:3, 3]) @ offset[:3, :3]
     inside = queries(mesh).is_inside(local.reshape(-1, 3))
-    found: NDArray[np.bool_] = inside.reshape(points.shape[:2]).any(axis=1)
-    return found
+    found: Any = inside.reshape(points.shape[:2]).any(axis=1)
+    return np.asarray(found)
 
 
 def neighbours(chain: Chain, solid: Collection[str]) -> set[tuple[str, str]]:

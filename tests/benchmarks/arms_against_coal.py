@@ -28,16 +28,15 @@ MADE, CONFIGURATIONS, MOTIONS = 60, 50_000, 20_000
 
 def main(data: str, share: float) -> None:
     whole = Agreement()
-    arms = MADE + (len(ROBOTS) if data else 0)
-    counts = (round(share * CONFIGURATIONS / arms), round(share * MOTIONS / arms))
-    for number in range(arms):
+    arms = [*(ROBOTS if data else ()), *(f"made {n}" for n in range(MADE))]
+    counts = (round(share * CONFIGURATIONS / len(arms)), round(share * MOTIONS / len(arms)))
+    for number, name in enumerate(arms):
         with tempfile.TemporaryDirectory() as folder:
             begin = perf_counter()
-            if number < MADE:
-                name, text = f"made {number}", made_arm(Path(folder), number)
-            else:
-                name = list(ROBOTS)[number - MADE]
+            if name in ROBOTS:
                 text = real_arm(Path(data), Path(folder), name)
+            else:
+                text = made_arm(Path(folder), number)
             env = envs.make(text)
             assert isinstance(env, ArmWorld)
             exact = ExactArm(Path(folder) / "arm.urdf", env.obstacles, [Path(folder)])
