@@ -82,20 +82,20 @@ def agreement(
 
 
 def _touches(exact: ExactArm, a: Array, b: Array) -> bool:
+    """Whether anything touches at one of the samples. What begins within something touches its
+    surface before it leaves."""
     ts = np.linspace(0, 1, _SAMPLES)
-    return any(exact.touches(a + t * (b - a)) for t in ts)
+    return exact.touches(a) or any(exact.meets(a + t * (b - a)) for t in ts)
 
 
 def _nearest(exact: ExactArm, a: Array, b: Array) -> float:
     """The least distance found along a motion: that of samples, and ever closer about the least."""
+    if _touches(exact, a, b):
+        return 0.0
     low, high, least = 0.0, 1.0, np.inf
     for samples in (33, 9, 9, 9, 9):
         ts = np.linspace(low, high, samples)
-        distances = []
-        for t in ts:
-            distances.append(exact.distance(a + t * (b - a)))
-            if distances[-1] <= DEFAULT_TOLERANCE:
-                return distances[-1]
+        distances = [exact.distance(a + t * (b - a)) for t in ts]
         at = int(np.argmin(distances))
         least = min(least, distances[at])
         low, high = ts[max(at - 1, 0)], ts[min(at + 1, samples - 1)]

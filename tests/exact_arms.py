@@ -72,6 +72,7 @@ class ExactArm:
         every = self.pairs
         always = [pair for pair in every if pair[1] < len(self.links)]
         rng = np.random.default_rng(1)
+        self._ask_of(always)
         for _ in range(_ALWAYS):
             if always != self.pairs:
                 self._ask_of(always)
@@ -83,6 +84,10 @@ class ExactArm:
         for i, j in pairs:
             self._shapes.addCollisionPair(pinocchio.CollisionPair(i, j))
         self._found = self._shapes.createData()
+        ways = [(a, b) for i, j in pairs for a, b in ((i, j), (j, i))]
+        ways = [(a, b) for a, b in ways if self._solids[a].corners is not None]
+        self._first, self._second = np.array(ways, dtype=int).reshape(-1, 2).T
+        self._reach = np.array([self._solids[a].radius + self._solids[b].radius for a, b in ways])
 
     @property
     def limits(self) -> tuple[Array, Array]:
@@ -113,17 +118,20 @@ class ExactArm:
             found[joint.idx_q : joint.idx_q + joint.nq] = ends
         return found
 
-    def touches(self, q: Array) -> bool:
-        """Whether anything touches, or is within, what it must not, at a configuration (d,)."""
+    def meets(self, q: Array) -> bool:
+        """Whether any surface meets one that it must not, at a configuration (d,)."""
         args = self._model, self._data, self._shapes, self._found, self._configuration(q)
-        return bool(pinocchio.computeCollisions(*args, True)) or any(self._within())
+        return bool(pinocchio.computeCollisions(*args, True))
+
+    def touches(self, q: Array) -> bool:
+        """The same, or whether anything is within what it must not touch."""
+        return self.meets(q) or any(self._within())
 
     def distance(self, q: Array) -> float:
-        """The least distance (negative: in contact) at a configuration (d,)."""
+        """The least distance between surfaces (not above 0: in contact)."""
         args = self._model, self._data, self._shapes, self._found, self._configuration(q)
         pinocchio.computeDistances(*args)
-        least = min((r.min_distance for r in self._found.distanceResults), default=math.inf)
-        return -1.0 if any(self._within()) else float(least)
+        return min((r.min_distance for r in self._found.distanceResults), default=math.inf)
 
     def _touching(self, q: Array) -> Iterator[tuple[int, int]]:
         args = self._model, self._data, self._shapes, self._found, self._configuration(q)
@@ -134,23 +142,26 @@ class ExactArm:
                 yield pair
 
     def _within(self) -> Iterator[tuple[int, int]]:
-        """Pairs of which one lies within the other, a mesh, if their surfaces do not meet."""
+        """Pairs of which one lies within the other, a mesh, if their surfaces do not meet; where
+        the last configuration was asked."""
         poses = self._found.oMg
-        for i, j in self.pairs:
-            for mesh, other in ((i, j), (j, i)):
-                if self._solids[mesh].corners is None:
-                    continue
-                points = self._solids[other].points
-                there = points @ poses[other].rotation.T + poses[other].translation
-                local = (there - poses[mesh].translation) @ poses[mesh].rotation
-                if self._solids[mesh].encloses(local):
-                    yield i, j
+        middles = np.array([poses[n].act(s.middle) for n, s in enumerate(self._solids)])
+        apart = np.linalg.norm(middles[self._first] - middles[self._second], axis=1)
+        for n in np.flatnonzero(apart < self._reach):
+            mesh, other = int(self._first[n]), int(self._second[n])
+            points = self._solids[other].points
+            there = points @ poses[other].rotation.T + poses[other].translation
+            local = (there - poses[mesh].translation) @ poses[mesh].rotation
+            if self._solids[mesh].encloses(local):
+                yield min(mesh, other), max(mesh, other)
 
 
 class _Solid:
-    """A point of each piece of a shape, and of a mesh its corners (m, 3, 3)."""
+    """A point of each piece of a shape, a ball about it, and of a mesh its corners (m, 3, 3)."""
 
     def __init__(self, geometry: Any) -> None:
+        geometry.computeLocalAABB()
+        self.middle, self.radius = np.array(geometry.aabb_center), float(geometry.aabb_radius)
         self.points = np.zeros((1, 3))
         self.corners: Array | None = None
         if isinstance(geometry, coal.BVHModelBase):

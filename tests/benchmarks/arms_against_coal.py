@@ -28,7 +28,7 @@ MADE, CONFIGURATIONS, MOTIONS = 60, 50_000, 20_000
 
 def main(data: str, share: float) -> None:
     whole = Agreement()
-    arms = [*(ROBOTS if data else ()), *(f"made {n}" for n in range(MADE))]
+    arms = [*(f"made {n}" for n in range(MADE)), *(ROBOTS if data else ())]
     counts = (round(share * CONFIGURATIONS / len(arms)), round(share * MOTIONS / len(arms)))
     for number, name in enumerate(arms):
         with tempfile.TemporaryDirectory() as folder:
