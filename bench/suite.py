@@ -181,9 +181,9 @@ class Arena:
     ) -> Arena:
         """Raises InputError if the environment cannot be made or has too few problems."""
         env = entry.make()
+        asked = tuple(env.sample_problems(problems, seed))  # first, as its errors say how many
         [warm_up] = env.sample_problems(1, training_seed("warm-up", seed))
-        tests = tuple(env.sample_problems(problems, seed))
-        return Arena(entry, env, shown or entry.make(), tests, warm_up)
+        return Arena(entry, env, shown or entry.make(), asked, warm_up)
 
     def weights(self, planner: Entry[Planner]) -> str:
         """The digest of the weights with which a planner plans here now, empty if it has none. What

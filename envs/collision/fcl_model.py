@@ -125,7 +125,7 @@ class CollisionModel:
             if bounds[body] >= least:
                 break
             least = min(least, self._distance_of(body, least))
-        return least if self._on_the_right_side(q) else -abs(least)
+        return least if self._on_the_right_side(q) else -max(abs(least), _TOUCH)
 
     def segment_is_free(self, a: Array, b: Array) -> bool:
         """Whether the straight motion between configurations a and b (d,) is proved free.

@@ -1,8 +1,8 @@
 """Distances from triangle meshes in compiled code, never above the truth.
 
 A tree of balls and boxes about ever fewer triangles leads to those that may be nearest. How far
-these are is found in closed form (`triangles`), or is the distance between convex solids (`convex`);
-both err to the safe side.
+these are is found in closed form (`triangles`), or is the distance between convex solids
+(`convex`); both err to the safe side.
 """
 
 from __future__ import annotations
@@ -93,7 +93,8 @@ def _grown(corners: Array) -> Trees:
         order = order[np.lexsort((along, owner))][inner[owner]]
         first = sizes[inner] // 2
         sizes = np.stack([first, sizes[inner] - first], axis=1).ravel()
-    return Trees(*map(np.concatenate, zip(*levels, strict=True)), triangles)
+    middles, halves, axes, radii, child = map(np.concatenate, zip(*levels, strict=True))
+    return Trees(middles, halves, axes, radii, child, triangles)
 
 
 def _bounds(corners: Array, sizes: NDArray[np.int64]) -> tuple[Array, Array, Array, Array]:
@@ -153,14 +154,14 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
         nodes[waiting], bounds[waiting] = first, to_first
         nodes[waiting + 1], bounds[waiting + 1] = second, to_second
         waiting += 2
-    return max(least, 0.0)
+    return float(max(least, 0.0))
 
 
 @_jit
 def _solid_to_triangle(triangle: Any, row: Any, most: float) -> float:
     if row[16] == SPHERE:
-        return point_to_triangle(triangle, row[9], row[10], row[11]) - row[12]
-    return distance(triangle, row, most)
+        return float(point_to_triangle(triangle, row[9], row[10], row[11]) - row[12])
+    return float(distance(triangle, row, most))
 
 
 @kernel
@@ -175,7 +176,7 @@ def _solid_to_node(trees: Any, node: int, solid: Any) -> float:
         gap = abs(along) - trees.halves[node, i] - _reach(solid, axes[i])
         if gap > 0.0:
             squared += gap * gap
-    return max(by_ball, math.sqrt(squared))
+    return float(max(by_ball, math.sqrt(squared)))
 
 
 @kernel
@@ -254,7 +255,7 @@ def _node_to_node(trees: Any, a: int, others: Any, b: int, pose: Any, most: floa
     z = pose[2, 0] * other[0] + pose[2, 1] * other[1] + pose[2, 2] * other[2] + pose[2, 3]
     x, y, z = x - middle[0], y - middle[1], z - middle[2]
     length = math.sqrt(x * x + y * y + z * z)
-    apart = length - trees.radii[a] - others.radii[b]
+    apart: float = length - trees.radii[a] - others.radii[b]
     if apart >= most:
         return apart
     # The way between the middles along the axes of either, and half the sides of their boxes.

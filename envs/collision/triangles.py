@@ -18,6 +18,7 @@ _FLAT = 1e-20
 """Of the product of two edges' squared lengths: a triangle whose squared area is less is none, and
 has edges only."""
 
+
 @kernel
 def point_to_triangle(row: Any, x: float, y: float, z: float) -> float:
     """The distance of a point from a triangle."""
@@ -148,4 +149,5 @@ def _segments(p: Any, d: Any, q: Any, f: Any) -> float:
     x = r[0] + s * d[0] - t * f[0]
     y = r[1] + s * d[1] - t * f[1]
     z = r[2] + s * d[2] - t * f[2]
-    return x * x + y * y + z * z
+    squared: float = x * x + y * y + z * z
+    return squared

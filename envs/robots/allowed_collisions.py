@@ -7,6 +7,7 @@ thousands of configurations. All others are checked, whether or not they were ev
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numba
@@ -67,10 +68,10 @@ def link_pairs(
     pairs = no_pairs(len(bodies))
     joined = neighbours(chain, set(links))
     q = _random_configurations(chain)
-    for i, j in zip(*np.triu_indices(len(bodies), 1), strict=True):
+    for i, j in combinations(range(len(bodies)), 2):
         if bodies[i] == bodies[j] or (links[i], links[j]) in joined:
             continue
-        apart = _farthest(chain, bodies, placed, shapes, (int(i), int(j)), q)
+        apart = _farthest(chain, bodies, placed, shapes, (i, j), q)
         for a, b in ((i, j), (j, i)):
             pairs.checked[a, b], pairs.farthest[a, b] = apart > 0, apart
     return pairs
@@ -117,12 +118,13 @@ def _points(placed: Placed, poses: Array) -> Array:
 
 
 def _encloses(mesh: Mesh, poses: Array, offset: Array, points: Array) -> NDArray[np.bool_]:
-    """Whether a mesh has one of some points (n, k, 3) within, (n,) of bool, at an offset (4, 4) from
-    its body at poses (n, 3, 4)."""
+    """Whether a mesh has one of some points (n, k, 3) within, (n,) of bool. It is at an offset
+    (4, 4) from its body, which is at poses (n, 3, 4)."""
     local = (points - poses[:, None, :, 3]) @ poses[:, :, :3]
     local = (local - offset[:3, 3]) @ offset[:3, :3]
     inside = queries(mesh).is_inside(local.reshape(-1, 3))
-    return inside.reshape(points.shape[:2]).any(axis=1)
+    found: Any = inside.reshape(points.shape[:2]).any(axis=1)
+    return np.asarray(found)
 
 
 def neighbours(chain: Chain, solid: Collection[str]) -> set[tuple[str, str]]:

@@ -150,6 +150,12 @@ class Arm:
         _part_poses(self.view, q, found)
         return tuple((pose[:, :3], pose[:, 3]) for pose in found)
 
+    def body_poses(self, q: Array) -> Array:
+        """The poses (1 + d, 3, 4) of its bodies at a configuration (d,)."""
+        found = np.empty((1 + self.chain.dimension, 3, 4))
+        body_poses(self.chain.view, q, found)
+        return found
+
     def motion_bound(self, a: Array, b: Array) -> float:
         """See `part_bounds`; the greatest of the parts'."""
         bounds = np.empty(self.moving)

@@ -12,13 +12,20 @@ from numpy.typing import NDArray
 
 from envs.base import Environment
 from envs.collision.containment import Containment
-from envs.collision.fcl_model import DEFAULT_TOLERANCE, Allowed, CollisionModel
+from envs.collision.fcl_model import (
+    DEFAULT_TOLERANCE,
+    PLANNING_TOLERANCE,
+    Allowed,
+    CollisionModel,
+)
 from envs.collision.primitives import SceneView, view_of
 from envs.collision.shapes import Placed, rounded
 from envs.errors import InputError
 from envs.problem import Array, Problem
 from envs.robots import arm_clearance, connection
-from envs.robots.arm import SLACK, Arm
+from envs.robots.allowed_collisions import FAR
+from envs.robots.arm import SLACK, Arm, ArmView
+from envs.robots.arm_crowding import causes
 from envs.seeding import derived_seed, stream
 from envs.speed import SpeedModel
 
@@ -28,11 +35,17 @@ _D_MAX = 0.05 / 0.4
 _CONTACT = 0.02
 """The speed at contact, see `SpeedModel`: obstacles are thin here, too."""
 
-_TOUCHING = -1e-9
-"""The clearance where the arm touches something, which says no more than that."""
-
 _MOST_FRUITLESS = 2000
 """Pairs of ends in a row that will not do, before the world is found to have too few problems."""
+
+_MOST_UNJOINED = 100
+"""Pairs of ends that no path joins, before a world is found to have no problem at all."""
+
+_HOPELESS = 20
+"""Times that 1024 random configurations hold no end, before a world is found to have none."""
+
+_LOOKED_AT = 256
+"""Configurations at which the cause is sought."""
 
 
 @dataclass
@@ -60,7 +73,8 @@ class ArmWorld(Environment):
         kind: names the random streams of the problems, with `seeds`.
 
     Attributes:
-        min_clearance: least clearance of a problem's start and goal, in metres.
+        min_clearance: least clearance of a problem's start and goal, in metres; of links from each
+            other less, where they cannot come that far apart (see `kept`).
         min_separation: least distance between them, in radians.
         most_free_of_five: straight lines that may be free among five problems in a row.
     """
@@ -92,7 +106,7 @@ class ArmWorld(Environment):
         """Distances (n,), in metres, by `CollisionModel`, one configuration (n, d) at a time; just
         below 0 in contact."""
         found = [self._model.clearance(one) for one in self.configurations(q)]
-        return np.array([_TOUCHING if c <= 0 else c for c in found])
+        return np.array([arm_clearance.TOUCHING if c <= 0 else c for c in found])
 
     def rough_clearance(self, q: Array) -> Array:
         """Never more than `clearance` in free space; see `envs.robots.arm_clearance`."""
@@ -126,6 +140,14 @@ class ArmWorld(Environment):
         arm_clearance.part_clearances(self.robot.view, self.scene, q, found)
         return found
 
+    @cached_property
+    def kept(self) -> Array:
+        """What parts keep from each other at a problem's ends, (p, p), in metres: `min_clearance`,
+        or half of what they come apart beyond what planners must keep."""
+        farthest, least = self.robot.link_pairs.farthest, PLANNING_TOLERANCE
+        half = np.clip((farthest + least) / 2, least, self.min_clearance)
+        return np.where(farthest < FAR, half, self.min_clearance)
+
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         """Both ends uniform, as `min_clearance` and `min_separation` demand, and joined by a long
         search (see `connection.joined`); no more straight lines free than `most_free_of_five`."""
@@ -157,13 +179,36 @@ class ArmWorld(Environment):
                 return made
             if fruitless == _MOST_FRUITLESS:
                 break
+            if made.dropped == _MOST_UNJOINED and not made.pairs:
+                break
         if n == 0:
             return made
-        raise InputError(
-            f"found only {len(made.pairs)} of {n} problems: both ends must keep "
-            f"{self.min_clearance} m clear and be joined by a path, and of five straight lines at "
-            f"most {self.most_free_of_five} be free; change what is about the arm"
+        raise InputError(f"found only {len(made.pairs)} of {n} problems: {self._cause(made)}")
+
+    def _cause(self, made: _Made) -> str:
+        """Why there are no more problems."""
+        if np.linalg.norm(self.upper - self.lower) <= self.min_separation:
+            return (
+                f"start and goal must be {self.min_separation:g} apart (in radians, metres where a "
+                "joint slides), and the joints' limits are narrower; widen them"
+            )
+        return (
+            f"both ends must keep {self.min_clearance} m clear and be joined by a path, and of "
+            f"five straight lines at most {self.most_free_of_five} be free; {self._tightness()}; "
+            f"no path joined {made.dropped} pairs of ends; change what is about the arm, or links"
         )
+
+    def _tightness(self) -> str:
+        """How many configurations are no ends, and what is too near there."""
+        q = stream("crowding").uniform(self.lower, self.upper, (_LOOKED_AT, self.dimension))
+        tight = 1 - self._may_be_end(q).mean()
+        near = causes(self.robot, self.obstacles, q, self.min_clearance, self.kept)
+        if self.allowed is not None and not self.allowed(q).all():
+            near.append(
+                f"within a mesh or about what lies within in {1 - self.allowed(q).mean():.0%}"
+            )
+        often = f", most often {', '.join(near)}" if near else ""
+        return f"of random configurations {tight:.0%} are too near to something{often}"
 
     def _take(self, made: _Made, rng: np.random.Generator, start: Array, goal: Array) -> bool:
         """Adds a problem if it will do."""
@@ -181,21 +226,38 @@ class ArmWorld(Environment):
         return True
 
     def _ends(self, rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
-        """Starts and goals, until a hundred thousand pairs in a row are refused."""
-        fruitless = 0
-        while fruitless < 100:
+        """Starts and goals, until a hundred thousand pairs in a row are refused, or thousands of
+        configurations hold no end at all."""
+        fruitless, none = 0, 0
+        while fruitless < 100 and none < _HOPELESS:
             start, goal = rng.uniform(self.lower, self.upper, (2, 1024, self.dimension))
             keep = np.linalg.norm(goal - start, axis=1) >= self.min_separation
-            for end in (start, goal):
-                keep[keep] &= self.rough_clearance(end[keep]) >= self.min_clearance
-                if self.allowed is not None:
-                    keep[keep] &= self.allowed(end[keep])
+            keep[keep] &= self._may_be_end(start[keep])
+            none = 0 if keep.any() else none + 1
+            keep[keep] &= self._may_be_end(goal[keep])
             fruitless = 0 if keep.any() else fruitless + 1
             yield from zip(start[keep], goal[keep], strict=True)
 
+    def _may_be_end(self, q: Array) -> NDArray[np.bool_]:
+        """Whether configurations (n, d) keep the clearance that problems' ends do."""
+        arm = self.robot.view
+        keep = arm_clearance.clearances(self._unpaired, self.scene, q) >= self.min_clearance
+        if arm.pairs.any():
+            keep[keep] &= arm_clearance.links_keep(arm, self.kept, q[keep])
+        if self.allowed is not None:
+            keep[keep] &= self.allowed(q[keep])
+        return keep
+
+    @cached_property
+    def _unpaired(self) -> ArmView:
+        """The arm whose links may touch each other."""
+        return self.robot.view._replace(pairs=np.zeros_like(self.robot.view.pairs))
+
     def definition(self) -> dict[str, Any]:
         model = self.speed_model
+        pairs = [[i, j, round(self.kept[i, j], 6)] for i, j in self.robot.pairs]
         return {
+            **({"pairs": pairs} if self.robot.self_collision else {}),
             "class": "ArmWorld",
             "version": 1,
             "joints": [

@@ -1,0 +1,151 @@
+"""Distances between shapes of all kinds, against coal."""
+
+from __future__ import annotations
+
+import gc
+import weakref
+from typing import Any
+
+import coal
+import numpy as np
+import pytest
+import trimesh
+from exact_arms import coal_mesh
+from scipy.spatial.transform import Rotation
+
+from envs.collision import mesh, mesh_tree
+from envs.collision.fcl_model import CollisionModel
+from envs.collision.separation import least_separation, separation_between, shapes_of
+from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere
+from envs.problem import Array
+from envs.robots.point import PointRobot
+
+STILL = np.eye(3, 4)
+EGG = trimesh.creation.icosphere(subdivisions=2).apply_scale([0.1, 0.06, 0.13])
+ROD = trimesh.creation.cylinder(0.02, 0.4, sections=32)  # of slivers
+
+
+def as_mesh(one: trimesh.Trimesh) -> Mesh:
+    return Mesh(one.vertices, one.faces)
+
+
+SOLIDS: dict[str, tuple[Solid, Any]] = {
+    "box": (Box(np.zeros(3), np.array([0.2, 0.1, 0.04])), coal.Box(0.2, 0.1, 0.04)),
+    "cylinder": (Cylinder(0.03, 0.3), coal.Cylinder(0.03, 0.3)),
+    "ball": (Sphere(0.05), coal.Sphere(0.05)),
+    "egg": (as_mesh(EGG), coal_mesh(EGG.vertices, EGG.faces)),
+    "rod": (as_mesh(ROD), coal_mesh(ROD.vertices, ROD.faces)),
+}
+
+
+def by_coal(a: Any, b: Any, pose: Array) -> float:
+    at = coal.Transform3s(np.ascontiguousarray(pose[:, :3]), pose[:, 3])
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    return float(coal.distance(a, coal.Transform3s(), b, at, request, result))
+
+
+@pytest.mark.parametrize("other", SOLIDS)
+@pytest.mark.parametrize("one", ["egg", "rod"])
+def test_distances_from_meshes_are_never_above_the_truth_and_hardly_below(
+    one: str, other: str
+) -> None:
+    """Far apart and, half of them, by a micrometre to a centimetre."""
+    (solid, a), (other_solid, b) = SOLIDS[one], SOLIDS[other]
+    shapes = shapes_of([Placed(solid, np.eye(4)), Placed(other_solid, np.eye(4))])
+    rng = np.random.default_rng(0)
+    touching = 0
+    for turn in Rotation.random(250, rng=rng).as_matrix():
+        way = rng.normal(size=3)
+        pose = np.column_stack([turn, rng.uniform(0.02, 0.5) * way / np.linalg.norm(way)])
+        exact = by_coal(a, b, pose)
+        if rng.random() < 0.5 and exact > 0:
+            pose[:, 3] *= 1 - (exact - 10 ** rng.uniform(-6, -2)) / np.linalg.norm(pose[:, 3])
+            exact = by_coal(a, b, pose)
+        found = separation_between(shapes, 0, 1, STILL, pose, np.inf)
+        touching += exact <= 0
+        assert found <= max(exact, 0) + 1e-9
+        assert found >= exact - 2e-6
+        assert separation_between(shapes, 1, 0, pose, STILL, np.inf) == pytest.approx(
+            found, abs=2e-6
+        )
+        most = exact / 2
+        assert separation_between(shapes, 0, 1, STILL, pose, most) >= min(most, found)
+    assert touching > 10
+
+
+def test_shapes_placed_elsewhere_are_where_they_are_placed() -> None:
+    """A mesh, a box with a centre of its own, and one of either that is turned."""
+    egg, box = as_mesh(EGG), Box(np.array([0.5, 0, 0]), np.full(3, 0.2))
+    turned = np.eye(4)
+    turned[:3, :3] = Rotation.from_euler("z", np.pi / 2).as_matrix()
+    turned[:3, 3] = 1, 0, 0
+    shapes = shapes_of([Placed(egg, turned), Placed(box, np.eye(4)), Placed(box, turned)])
+    apart = [separation_between(shapes, 0, j, STILL, STILL, np.inf) for j in (1, 2)]
+    assert apart[0] == pytest.approx(1 - EGG.bounds[1, 1] - 0.6, abs=1e-4)
+    assert apart[1] == pytest.approx(0.4 - EGG.bounds[1, 0], abs=1e-4)
+    ball = shapes_of([Placed(Sphere(0.1), np.eye(4))])
+    least = least_separation(ball, 0, np.eye(3), np.array([0.2, 0, 0]), shapes, np.inf)
+    assert least == pytest.approx(0.1)
+    least = least_separation(ball, 0, np.eye(3), np.array([0.2, 0, 0]), shapes, 0.05)
+    assert least >= 0.05
+
+
+def test_flat_triangles_and_single_ones_have_distances() -> None:
+    """One that is a segment, one that is a point, and one alone."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0, 0], [0, 3, 0], [0.2, 0.2, 0.0]])
+    for faces, expected in (([[0, 1, 2]], 0.5), ([[3, 3, 3]], 9.5**0.5), ([[0, 1, 4]], 0.5)):
+        shapes = shapes_of(
+            [
+                Placed(Mesh(points, np.array(faces)), np.eye(4)),
+                Placed(Mesh(points - [0, 0, 0.5], np.array([[2, 2, 2]])), np.eye(4)),
+                Placed(Sphere(0.0), np.eye(4)),
+            ]
+        )
+        at = np.column_stack([np.eye(3), [0.5, 0, -0.5]])
+        for j, pose in ((1, STILL), (2, at)):
+            found = separation_between(shapes, 0, j, STILL, pose, np.inf)
+            assert found == pytest.approx(expected, abs=2e-6)
+
+
+def test_many_equal_triangles_make_a_tree() -> None:
+    """With nothing to tell them apart by."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    pile = Mesh(np.tile(corners, (1000, 1)), np.arange(3000).reshape(-1, 3))
+    shapes = shapes_of([Placed(pile, np.eye(4)), Placed(Sphere(0.1), np.eye(4))])
+    at = np.column_stack([np.eye(3), [0.2, 0.2, 2]])
+    assert separation_between(shapes, 0, 1, STILL, at, np.inf) == pytest.approx(1.9, abs=1e-6)
+
+
+def test_any_number_of_meshes_is_prepared_once_and_let_go_with_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made = []
+
+    class Counted(mesh.MeshQueries):
+        def __init__(self, one: Mesh) -> None:
+            made.append(weakref.ref(self))
+            super().__init__(one)
+
+    monkeypatch.setattr(mesh, "MeshQueries", Counted)
+    gc.collect()
+    known = len(mesh._known), len(mesh_tree._known)
+    meshes = [Mesh(EGG.vertices * (2 + n / 100), EGG.faces) for n in range(20)]
+    equal = Mesh(meshes[0].vertices, meshes[0].faces)
+    for _ in range(3):
+        for one in (*meshes, equal):
+            mesh.queries(one).is_inside(np.zeros((1, 3)))
+            shapes_of([Placed(one, np.eye(4))])
+    assert len(made) == 20
+    assert len(mesh_tree._known) == known[1] + 20
+    del meshes, one, equal
+    gc.collect()
+    assert (len(mesh._known), len(mesh_tree._known)) == known
+    assert not any(ref() for ref in made)
+
+
+def test_valid_means_apart_by_our_own_distance_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """FCL's word alone is not enough."""
+    monkeypatch.setattr(CollisionModel, "_touches", lambda self, manager, body: False)
+    model = CollisionModel(PointRobot(0.1), [as_mesh(EGG), Placed(Sphere(0.1), np.eye(4))])
+    assert not model.is_valid(np.zeros(3))
+    assert model.is_valid(np.ones(3))
