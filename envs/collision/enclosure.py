@@ -1,9 +1,9 @@
 """Which points a surface encloses, whichever way and however often its faces are written.
 
-Generalised winding numbers (Jacobson et al. 2013) are 1 inside a closed surface wound outward, -1 in
-one wound inward, 0 outside, and change steadily through holes. Those of several parts add up, so a sum
-says what is inside only if the parts are wound as they are meant. Here each closed part, found by
-`shells`, is wound as its meaning wants it; what is not closed counts as it is written.
+Generalised winding numbers (Jacobson et al. 2013) are 1 inside a closed surface wound outward, -1
+in one wound inward, 0 outside, and change steadily through holes. Those of several parts add up, so
+a sum says what is inside only if the parts are wound as they are meant. Here each closed part,
+found by `shells`, is wound as its meaning wants it; what is not closed counts as it is written.
 """
 
 from __future__ import annotations

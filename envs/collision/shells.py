@@ -1,10 +1,10 @@
 """What the two sides of a mesh's faces look into, however the faces are written.
 
-A surface divides space into cells, one of them unbounded. They are found from the faces alone: at each
-edge the sides that face each other, with no other face between them, look into the same cell.
-All sides that hang together so are a shell. The winding of faces and their number at one place tell
-nothing here, and many faces may meet at an edge (cf. Zhou et al. 2016, Mesh Arrangements for Solid
-Geometry, section 3).
+A surface divides space into cells, one of them unbounded. They are found from the faces alone: at
+each edge the sides that face each other, with no other face between them, look into the same cell.
+All sides that hang together so are a shell. How often and which way faces are written tells nothing
+here, and many may meet at an edge (cf. Zhou et al. 2016, Mesh Arrangements for Solid Geometry,
+section 3).
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def shells(vertices: Array, faces: Ints) -> Shells:
     whole = coo_matrix((np.ones(len(joined)), joined.T), shape=(count, count))
     _, part = connected_components(whole, directed=False)
     six = np.linalg.det(vertices[distinct]) / 6
-    volume = np.bincount(shell, np.concatenate([-six, six]))
+    volume: Array = np.bincount(shell, np.concatenate([-six, six]))
     return Shells(distinct, votes, part, shell[:count], shell[count:], volume, edges.single())
 
 
