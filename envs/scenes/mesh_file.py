@@ -9,8 +9,11 @@ import igl
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from trimesh.grouping import unique_rows
 
-from envs.collision.shells import Shells, shells
+from envs.collision.enclosure import Surface
+from envs.collision.shapes import Mesh
+from envs.collision.shells import Shells
 from envs.errors import InputError
 from envs.presence import is_there
 from envs.problem import Array
@@ -41,7 +44,7 @@ class FileMesh:
         vertices: (n, 3), no two alike.
         faces: (m, 3), indices of vertices, none degenerate.
         dropped: degenerate faces that the file had besides.
-        closed: whether each of its faces has something enclosed on one side.
+        closed: whether each of its faces parts two cells of space, as of a watertight mesh.
         outward: whether its largest part is wound outward, or as often inward as outward; means
             nothing unless closed.
         holes: why it is not closed, in words; "" if it is.
@@ -107,14 +110,16 @@ def _cleaned(soup: Soup, file: str | Path) -> FileMesh:
         faces = _wound_alike(faces, mesh.area_faces)
     used, renumbered = np.unique(faces, return_inverse=True)
     vertices, faces = vertices[used], renumbered.reshape(-1, 3).astype(np.int64)
-    found = shells(vertices, faces)
+    surface = Surface(Mesh(vertices, faces))
+    found = surface.found
+    closed = found.closed and surface.known
     return FileMesh(
         vertices,
         faces,
         len(soup.faces) - len(faces),
-        closed=found.closed,
+        closed=closed,
         outward=found.largest_is_outward(vertices),
-        holes="" if found.closed else _holes(found, vertices),
+        holes="" if closed else _holes(found, vertices),
         notes=soup.notes,
     )
 
@@ -135,13 +140,13 @@ def _merged(
     step = _SAME * _unit(vertices)
     low = vertices.min(axis=0) if np.abs(vertices).max() > 2.0**62 * step else 0.0
     places = np.round((vertices - low) / step).astype(np.int64)
-    first, same = trimesh.grouping.unique_rows(places, keep_order=True)
+    first, same = unique_rows(places, keep_order=True)  # type: ignore[no-untyped-call]
     return vertices[first], same[renumbered].reshape(-1, 3)
 
 
 def _holes(found: Shells, vertices: Array) -> str:
     if len(found.open_edges) == 0:
-        return "it has one side only"
+        return "faces lie on one another in part, or have one side only"
     x, y, z = vertices[found.open_edges[0]].mean(axis=0)
     return f"{len(found.open_edges)} edges have one face, as at {x:.5g} {y:.5g} {z:.5g}"
 

@@ -57,7 +57,7 @@ class Accessors:
             raise UnreadableError("it has sparse values beyond their array")
         values = values.copy()
         values[at] = self._values(what, values.dtype, count, values.shape[1])
-        return values
+        return np.asarray(values)
 
     def _values(
         self, place: dict[str, Any], dtype: np.dtype[Any], count: int, columns: int
@@ -76,10 +76,12 @@ class Accessors:
         values: NDArray[Any] = np.ndarray(
             (count, columns), dtype, buffer, start, (stride, dtype.itemsize)
         )
-        return values.copy()
+        return np.array(values)
 
     def _buffer(self, number: int) -> bytes:
         uri = self._content["buffers"][number].get("uri")
+        if uri is None and number > 0:
+            raise UnreadableError("it has a buffer without content, which only extensions fill")
         if uri is None:
             return self._binary
         if not uri.startswith(_DATA):
@@ -92,4 +94,4 @@ def _as_meant(values: NDArray[Any]) -> NDArray[Any]:
     if values.dtype.kind == "f":
         return values
     fractions: NDArray[Any] = values / float(np.iinfo(values.dtype).max)
-    return np.maximum(fractions, -1.0)
+    return np.asarray(np.maximum(fractions, -1.0))
