@@ -1,9 +1,9 @@
 """Which points a surface encloses, whichever way and however often its faces are written.
 
-Generalised winding numbers (Jacobson et al. 2013) are 1 inside a closed surface wound outward, -1 in
-one wound inward, 0 outside, and change steadily through holes. Those of several parts add up, so a sum
-says what is inside only if the parts are wound as they are meant. Here each closed part, found by
-`shells`, is wound as its meaning wants it; what is not closed counts as it is written.
+Generalised winding numbers (Jacobson et al. 2013) are 1 inside a closed surface wound outward, -1
+in one wound inward, 0 outside, and change steadily through holes. Those of several parts add up, so
+a sum says what is inside only if the parts are wound as they are meant. Here each closed part,
+found by `shells`, is wound as its meaning wants it; what is not closed counts as it is written.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from envs.problem import Array
 
 _FEW = 0.1  # of an open surface's area: faces written both ways that may count as holes
 _FLAT = 1e-3  # of volume by area to the power of 1.5, which is 0.09 for a ball
+_BESIDE = 1e-3  # of a face's size: points on its sides
 _BENEATH = 0.01  # of a part's volume by its area, which is half of a plate's thickness
 
 
@@ -30,8 +31,8 @@ class Enclosure:
     Attributes:
         encloses: points (n, 3) to how far they are enclosed, (n,); more than half is within.
         has_holes: whether some of the surface is not closed, so that this changes steadily there.
-        known: False where a surface with holes is of several pieces that are written both ways, so
-            that nothing tells what they enclose together.
+        known: False where nothing tells: a surface with holes is of several pieces that are written
+            both ways, or faces lie on one another in part, or have one side only.
         solids: parts that count as solid in a room.
     """
 
@@ -48,7 +49,7 @@ NOTHING = Enclosure(lambda points: np.zeros(len(points)), has_holes=False, known
 def filled(mesh: Mesh) -> Enclosure:
     """The union of what closed parts of a surface surround, cavities and parts within parts
     included, and of what its open parts enclose together."""
-    surface = _Surface(mesh)
+    surface = Surface(mesh)
     terms = [surface.winding(turn) for turn in (surface.closed, surface.open) if turn.any()]
 
     def encloses(points: Array) -> Array:
@@ -66,7 +67,7 @@ def room(mesh: Mesh) -> Enclosure:
     Parts within the room, overlapping it or sharing faces with it are solid throughout; closed ones
     apart from it are rooms as well.
     """
-    surface = _Surface(mesh)
+    surface = Surface(mesh)
     cells = _Cells(surface)
     if abs(surface.spanned()) > cells.largest:
         return _open_room(surface)
@@ -82,7 +83,7 @@ def room(mesh: Mesh) -> Enclosure:
     return Enclosure(encloses, surface.has_holes, surface.known, int(is_solid.sum()))
 
 
-def _open_room(surface: _Surface) -> Enclosure:
+def _open_room(surface: Surface) -> Enclosure:
     """A room with holes, such as a scan: all of its surface counts together, closed parts in the
     room wound against it."""
     found, closed = surface.found, np.flatnonzero(surface.closed)
@@ -105,7 +106,7 @@ def _open_room(surface: _Surface) -> Enclosure:
     return Enclosure(encloses, surface.has_holes, surface.known, int(stands.sum()))
 
 
-class _Surface:
+class Surface:
     """The closed and the open faces of a mesh.
 
     Which of its distinct faces count, and which way, is told by `turns` (m,): 1 for as it was first
@@ -129,9 +130,12 @@ class _Surface:
         self.has_holes = bool(loose.any())
         self.open: Ints = np.where(loose, np.sign(self.found.votes), 0)
         self.is_flat: Bools = np.zeros(len(loose), dtype=np.bool_)
-        self.known = True
+        # Without an edge that nothing closes a part has two sides, unless faces lie on one another.
+        self.known = bool(self.found.has_border[self.found.part[loose]].all())
         if self.has_holes:
             self._wind(np.flatnonzero(loose))
+        doubtful = np.flatnonzero(self.found.is_doubtful & ~loose)
+        self.known = self.known and self._holds(doubtful)
 
     def _wind(self, loose: Ints) -> None:
         """Turns of the open faces: as they are written or, if many are written both ways, as most
@@ -148,7 +152,22 @@ class _Surface:
             balance = np.bincount(piece, area * votes * alike)
             self.open[loose] = alike * np.where(balance < 0, -1, 1)[piece]
             told = np.abs(balance) > _FEW * whole
-            self.known = bool((told | flat).all() or (~flat).sum() == 1)
+            self.known &= bool((told | flat).all() or (~flat).sum() == 1)
+
+    def _holds(self, faces: Ints) -> bool:
+        """Whether each of some faces has something enclosed beside it, as it must have if it parts
+        two cells."""
+        if len(faces) == 0:
+            return True
+        corners = self.mesh.vertices[self.found.faces[faces]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        # By a part of the face's size.
+        step = _BESIDE * normal / np.sqrt(np.linalg.norm(normal, axis=1, keepdims=True))
+        beneath, above = (corners.mean(axis=1) + side * step for side in (-1, 1))
+        winding = self.winding(self.closed)
+        below, over = (np.abs(winding(points)) > 0.5 for points in (beneath, above))
+        turn = self.closed[faces]
+        return bool((np.where(turn > 0, True, over) & np.where(turn < 0, True, below)).all())
 
     def spanned(self) -> float:
         """The volume between the open faces and their middle, negative if they are wound inward."""
@@ -181,7 +200,7 @@ class _Cells:
         largest: its volume, 0 if there is none.
     """
 
-    def __init__(self, surface: _Surface) -> None:
+    def __init__(self, surface: Surface) -> None:
         self._surface, found = surface, surface.found
         bounded = np.flatnonzero(found.volume > 0)
         bounded = bounded[np.argsort(-found.volume[bounded], kind="stable")]

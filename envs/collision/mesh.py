@@ -106,3 +106,4 @@ def lids(mesh: Mesh, enclosure: Enclosure | None = None) -> Mesh | None:
 
 # libigl's objects must be gone before its module is, or it complains at exit.
 atexit.register(_known.clear)
+atexit.register(lids.cache_clear)

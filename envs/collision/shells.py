@@ -1,10 +1,10 @@
 """What the two sides of a mesh's faces look into, however the faces are written.
 
-A surface divides space into cells, one of them unbounded. They are found from the faces alone: at each
-edge the sides that face each other, with no other face between them, look into the same cell.
-All sides that hang together so are a shell. The winding of faces and their number at one place tell
-nothing here, and many faces may meet at an edge (cf. Zhou et al. 2016, Mesh Arrangements for Solid
-Geometry, section 3).
+A surface divides space into cells, one of them unbounded. They are found from the faces alone: at
+each edge the sides that face each other, with no other face between them, look into the same cell.
+All sides that hang together so are a shell. How often and which way faces are written tells nothing
+here, and many may meet at an edge (cf. Zhou et al. 2016, Mesh Arrangements for Solid Geometry,
+section 3).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from trimesh import grouping
+from trimesh.grouping import unique_rows
 
 from envs.problem import Array
 
@@ -38,7 +38,10 @@ class Shells:
             points to.
         volume: (s,) of shells: that of the cell within, or negative where a shell surrounds its
             part from outside. A shell that has both sides of all its faces has none.
-        open_edges: (n, 2), vertices of the edges with a single face.
+        open_edges: (n, 2), vertices of the edges with a single face, and `has_border` (p,), which
+            parts have some.
+        is_doubtful: (m,), faces of parts where faces lie on one another in part, so that their
+            shells may be wrong.
     """
 
     faces: Ints
@@ -48,6 +51,8 @@ class Shells:
     back: Ints
     volume: Array
     open_edges: Ints
+    has_border: Bools
+    is_doubtful: Bools
 
     @property
     def closed(self) -> bool:
@@ -86,17 +91,30 @@ def shells(vertices: Array, faces: Ints) -> Shells:
     vertices = vertices - vertices.mean(axis=0)
     distinct, votes = _without_second_coverings(vertices, distinct, votes)
     edges = _Edges(distinct)
-    sides = _linked_sides(vertices, distinct, edges)
+    sides, tied = _linked_sides(vertices, distinct, edges)
     count = len(distinct)
     nodes = np.arange(count)
     linked = coo_matrix((np.ones(len(sides)), sides.T), shape=(2 * count, 2 * count))
     _, shell = connected_components(linked, directed=False)
     joined = np.concatenate([sides, np.stack([nodes, nodes + count], axis=1)]) % count
     whole = coo_matrix((np.ones(len(joined)), joined.T), shape=(count, count))
-    _, part = connected_components(whole, directed=False)
+    parts, part = connected_components(whole, directed=False)
     six = np.linalg.det(vertices[distinct]) / 6
-    volume = np.bincount(shell, np.concatenate([-six, six]))
-    return Shells(distinct, votes, part, shell[:count], shell[count:], volume, edges.single())
+    volume = np.bincount(shell, np.concatenate([-six, six])).astype(np.float64)
+    border = edges.count == 1
+    has_border = np.zeros(parts, dtype=np.bool_)
+    has_border[part[edges.face[border[edges.number]]]] = True
+    return Shells(
+        faces=distinct,
+        votes=votes,
+        part=part,
+        front=shell[:count],
+        back=shell[count:],
+        volume=volume,
+        open_edges=edges.ends[border],
+        has_border=has_border,
+        is_doubtful=np.isin(part, part[tied]),
+    )
 
 
 class _Edges:
@@ -119,9 +137,6 @@ class _Edges:
         self.face: Ints = np.tile(np.arange(len(faces)), 3)
         self.opposite: Ints = faces[:, [2, 0, 1]].T.reshape(-1)
         self.upward: Bools = half[:, 0] < half[:, 1]
-
-    def single(self) -> Ints:
-        return self.ends[self.count == 1]
 
     def pairs(self) -> Ints:
         """(p, 2) half-edges of the edges with two faces."""
@@ -155,7 +170,7 @@ def _distinct(faces: Ints, place: Ints) -> tuple[Ints, Ints]:
     """Faces (m, 3) by vertices' places, each once, and their votes."""
     faces = place[faces]
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
-    first, same = grouping.unique_rows(np.sort(faces, axis=1))
+    first, same = unique_rows(np.sort(faces, axis=1))  # type: ignore[no-untyped-call]
     least_first = np.take_along_axis(
         faces, (faces.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1
     )
@@ -191,12 +206,14 @@ def _without_second_coverings(vertices: Array, faces: Ints, votes: Ints) -> tupl
     return faces[keep], (votes + np.rint(added).astype(np.int64)[patch])[keep]
 
 
-def _linked_sides(vertices: Array, faces: Ints, edges: _Edges) -> Ints:
+def _linked_sides(vertices: Array, faces: Ints, edges: _Edges) -> tuple[Ints, Ints]:
     """Pairs (l, 2) of sides that look at each other across no face: front sides are numbered as
-    their faces, back sides m further."""
+    their faces, back sides m further. And faces (t,) that lie on others at an edge, so that which
+    of them comes first is chance."""
     edge = _apart_where_closed(faces, edges)
-    order = _around(vertices, edges, edge)
-    edge = edge[order]
+    angle = _angles(vertices, edges, edge)
+    order = np.lexsort((angle, edge))
+    edge, angle = edge[order], angle[order]
     new = np.append(True, edge[1:] != edge[:-1])
     start = np.flatnonzero(new)
     following = np.arange(1, len(edge) + 1)
@@ -206,7 +223,9 @@ def _linked_sides(vertices: Array, faces: Ints, edges: _Edges) -> Ints:
     # runs along it the same way.
     ahead = face + np.where(up, 0, count)
     behind = face + np.where(up, count, 0)
-    return np.stack([ahead, behind[following]], axis=1)
+    at_one_angle = (angle[following] - angle < _SAME_ANGLE) & (angle > 0) & (angle[following] > 0)
+    tied = face[at_one_angle & (following > np.arange(len(edge)))]
+    return np.stack([ahead, behind[following]], axis=1), tied
 
 
 def _apart_where_closed(faces: Ints, edges: _Edges) -> Ints:
@@ -227,8 +246,8 @@ def _apart_where_closed(faces: Ints, edges: _Edges) -> Ints:
     return apart
 
 
-def _around(vertices: Array, edges: _Edges, edge: Ints) -> Ints:
-    """The order (3 m,) of half-edges by their edge, and about it by their angle."""
+def _angles(vertices: Array, edges: _Edges, edge: Ints) -> Array:
+    """The angles (3 m,) of half-edges' faces about edges that more than two share, else 0."""
     angle = np.zeros(len(edge))
     many = np.flatnonzero(np.bincount(edge)[edge] > 2)
     if len(many):
@@ -237,5 +256,5 @@ def _around(vertices: Array, edges: _Edges, edge: Ints) -> Ints:
         along = _unit(np.diff(vertices[edges.ends[edges.number[many]]], axis=1)[:, 0])
         zero, out = edges.across(vertices, first), edges.across(vertices, many)
         turned = np.arctan2((np.cross(along, zero) * out).sum(1), (zero * out).sum(1))
-        angle[many] = np.mod(turned + _SAME_ANGLE, 2 * np.pi)
-    return np.lexsort((angle, edge))
+        angle[many] = np.mod(turned + 2 * _SAME_ANGLE, 2 * np.pi)
+    return angle

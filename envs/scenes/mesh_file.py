@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,22 +9,31 @@ import igl
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from trimesh.grouping import unique_rows
 
-from envs.collision.shells import Shells, shells
+from envs.collision.enclosure import Surface
+from envs.collision.shapes import Mesh
+from envs.collision.shells import Shells
 from envs.errors import InputError
 from envs.presence import is_there
 from envs.problem import Array
+from envs.scenes.mesh_formats import glb, obj, off, ply, stl
+from envs.scenes.mesh_formats.soup import MOST_FACES, Soup
 
-logger = logging.getLogger(__name__)
+_READERS = {
+    ".obj": obj.read,
+    ".ply": ply.read,
+    ".off": off.read,
+    ".stl": stl.read,
+    ".glb": glb.read,
+}
 
-FORMATS = (".obj", ".ply", ".off", ".stl", ".glb")
-
-_FARTHEST = 1e12  # of a vertex's coordinates, whose squares and scaled ones shall not overflow
+FORMATS = tuple(_READERS)
 
 _MOST_BYTES = 2**30  # text of about MOST_FACES
 
-MOST_FACES = 5_000_000
-"""More are refused: collision checking would want tens of GB."""
+_SAME = 1e-8
+"""In the mesh's unit, or at most 1e-5 of its extent: vertices that are nearer are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +44,7 @@ class FileMesh:
         vertices: (n, 3), no two alike.
         faces: (m, 3), indices of vertices, none degenerate.
         dropped: degenerate faces that the file had besides.
-        closed: whether each of its faces has something enclosed on one side.
+        closed: whether each of its faces parts two cells of space, as of a watertight mesh.
         outward: whether its largest part is wound outward, or as often inward as outward; means
             nothing unless closed.
         holes: why it is not closed, in words; "" if it is.
@@ -74,64 +82,74 @@ def read_mesh(file: str | Path) -> FileMesh:
         raise InputError(f"{file} is empty")
     if size > _MOST_BYTES:
         raise InputError(f"{file} has {size} bytes; meshes of at most {_MOST_BYTES} are read")
-    mesh = _parsed(path)
-    if len(mesh.faces) == 0:
+    soup = _parsed(path)
+    if len(soup.faces) == 0:
         raise InputError(f"{file} holds no faces; a cloud of points has to be meshed first")
-    if len(mesh.faces) > MOST_FACES:
-        raise InputError(f"{file} has {len(mesh.faces)} faces, more than {MOST_FACES}: simplify it")
-    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
-        raise InputError(f"{file} has faces whose vertices are not there")
-    if not (np.abs(mesh.vertices) <= _FARTHEST).all():
-        raise InputError(f"{file} has vertices that are NaN or infinite, or beyond {_FARTHEST:g}")
-    return _cleaned(mesh, file)
+    if len(soup.faces) > MOST_FACES:
+        raise InputError(f"{file} has {len(soup.faces)} faces, more than {MOST_FACES}: simplify it")
+    return _cleaned(soup, file)
 
 
-class _Alone(dict[str, bytes]):
-    """Where trimesh looks for files that a mesh names: none of them is opened."""
-
-    def __missing__(self, name: str) -> bytes:
-        raise ValueError(f"it wants another file, {name!r}; put what is needed into it")
-
-
-def _parsed(path: Path) -> trimesh.Trimesh:
+def _parsed(path: Path) -> Soup:
     try:
-        return trimesh.load_mesh(path, resolver=_Alone(), process=False, skip_materials=True)
+        soup = _READERS[path.suffix.lower()](path)
+        soup.check()
     except MemoryError as error:
         raise InputError(f"{path} is too large for this machine's memory") from error
-    except Exception as error:  # the parsers of other formats raise whatever they stumble on
+    except Exception as error:  # parsers raise whatever they stumble on
         reason = str(error).split("\n")[0] or type(error).__name__
         raise InputError(f"{path} cannot be read as a mesh: {reason}") from error
+    return soup
 
 
-def _cleaned(mesh: trimesh.Trimesh, file: str | Path) -> FileMesh:
-    before = len(mesh.faces)
-    mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    if float(np.ptp(mesh.vertices, axis=0).max()) == 0:
-        raise InputError(f"{file} has no extent: all its vertices are at one place")
+def _cleaned(soup: Soup, file: str | Path) -> FileMesh:
+    vertices, faces = _merged(soup.vertices, soup.faces, file)
+    mesh = trimesh.Trimesh(vertices / _unit(vertices), faces, process=False)
     mesh.update_faces(mesh.nondegenerate_faces())
-    mesh.remove_unreferenced_vertices()
-    if len(mesh.faces) == 0:
+    faces = np.array(mesh.faces, dtype=np.int64)
+    if len(faces) == 0:
         raise InputError(f"{file} holds degenerate faces only")
     if not mesh.is_winding_consistent:
-        faces = _wound_alike(np.array(mesh.faces, dtype=np.int64), mesh.area_faces)
-        mesh = trimesh.Trimesh(mesh.vertices, faces, process=False)
-    vertices = np.asarray(mesh.vertices, dtype=np.float64)
-    faces = np.asarray(mesh.faces, dtype=np.int64)
-    found = shells(vertices, faces)
+        faces = _wound_alike(faces, mesh.area_faces)
+    used, renumbered = np.unique(faces, return_inverse=True)
+    vertices, faces = vertices[used], renumbered.reshape(-1, 3).astype(np.int64)
+    surface = Surface(Mesh(vertices, faces))
+    found = surface.found
+    closed = found.closed and surface.known
     return FileMesh(
         vertices,
         faces,
-        before - len(mesh.faces),
-        closed=found.closed,
+        len(soup.faces) - len(faces),
+        closed=closed,
         outward=found.largest_is_outward(vertices),
-        holes="" if found.closed else _holes(found, vertices),
+        holes="" if closed else _holes(found, vertices),
+        notes=soup.notes,
     )
+
+
+def _unit(vertices: Array) -> float:
+    """What `_SAME` is in, for vertices (n, 3)."""
+    return min(float(np.ptp(vertices, axis=0).max()) * 1e-5 / _SAME, 1.0)
+
+
+def _merged(
+    vertices: Array, faces: NDArray[np.int64], file: str | Path
+) -> tuple[Array, NDArray[np.int64]]:
+    """The vertices that faces use, each place once, and the faces of these."""
+    used, renumbered = np.unique(faces, return_inverse=True)
+    vertices = vertices[used]
+    if float(np.ptp(vertices, axis=0).max()) == 0:
+        raise InputError(f"{file} has no extent: all its vertices are at one place")
+    step = _SAME * _unit(vertices)
+    low = vertices.min(axis=0) if np.abs(vertices).max() > 2.0**62 * step else 0.0
+    places = np.round((vertices - low) / step).astype(np.int64)
+    first, same = unique_rows(places, keep_order=True)  # type: ignore[no-untyped-call]
+    return vertices[first], same[renumbered].reshape(-1, 3)
 
 
 def _holes(found: Shells, vertices: Array) -> str:
     if len(found.open_edges) == 0:
-        return "it has one side only"
+        return "faces lie on one another in part, or have one side only"
     x, y, z = vertices[found.open_edges[0]].mean(axis=0)
     return f"{len(found.open_edges)} edges have one face, as at {x:.5g} {y:.5g} {z:.5g}"
 

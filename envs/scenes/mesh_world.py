@@ -131,8 +131,9 @@ class MeshWorld(PointWorld):
         self._queries = queries(self._mesh)
         if not self._enclosure.known:
             raise InputError(
-                f"{name} has holes, and its faces are written for both sides: nothing tells which "
-                "side is inside; close the holes, or write each face once, or take kind=shell"
+                f"nothing tells what {name} encloses: its faces lie on one another in part, or are "
+                "written both ways and leave holes; mend it (trimesh and MeshLab can), or take "
+                "kind=shell"
             )
         self._close(read)
 

@@ -146,7 +146,7 @@ def _mesh(entry: dict[Any, Any], folder: Path) -> Mesh:
     read = read_mesh(within(name, folder))
     if not read.closed:
         raise InputError(
-            f"{folder / name} is not watertight ({read.holes}), so it has no inside; close its holes"
+            f"{folder / name} is not watertight, so it has no inside: {read.holes}; close its holes"
         )
     return Mesh(read.vertices * scale, read.faces)
 
