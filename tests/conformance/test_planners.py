@@ -11,7 +11,7 @@ from shipped import set_up
 import planners
 from bench.judge import Judge
 from bench.record import Verdict
-from envs import Environment
+from envs import Environment, Problem
 from planners import Budget, Planner, PlannerResult, Status
 
 IDS = [spec.id for spec in planners.REGISTRY.specs()]
@@ -34,6 +34,22 @@ def test_it_solves_what_it_claims_to_solve(planner: Planner, c3d: Environment) -
         assert result.status is Status.EXACT_SOLUTION
         judged = judge(problem, np.asarray(result.path))
         assert judged.verdict is Verdict.VALID, judged.reason
+
+
+def test_a_goal_may_be_where_the_start_is(planner: Planner, c3d: Environment) -> None:
+    """Far from everything, and within a fiftieth of the distance at which the speed falls."""
+    judge = Judge(c3d)
+    q = np.random.default_rng(1).uniform(c3d.lower, c3d.upper, (20_000, c3d.dimension))
+    clearance = c3d.clearance(q) / c3d.speed_model.d_max
+    for far in (True, False):
+        place = q[(clearance > 0.6) if far else (0.004 < clearance) & (clearance < 0.018)][0]
+        problem = Problem(place, place.copy())
+        result = planner.solve(problem, Budget(perf_counter() + 3))
+        if far:
+            assert result.status is Status.EXACT_SOLUTION
+        if result.status is Status.EXACT_SOLUTION:
+            judged = judge(problem, np.asarray(result.path))
+            assert judged.verdict is Verdict.VALID, judged.reason
 
 
 def made_to_fail(planner: Planner) -> bool:
