@@ -56,7 +56,9 @@ def main(name: str = "c3d", count: str = "30") -> None:
             whole = time_of(spec.id, env, problems, stops, clock)
             each = whole / len(problems), clock.calls / len(problems)
             shares = clock.seconds / whole, clock.calls * crossing / whole
-            print(f"{spec.id:<16} {each[0]:8.4f} {each[1]:10.0f} {shares[0]:10.0%} {shares[1]:11.1%}")
+            print(
+                f"{spec.id:<16} {each[0]:8.4f} {each[1]:10.0f} {shares[0]:10.0%} {shares[1]:11.1%}"
+            )
 
 
 def time_of(
