@@ -63,7 +63,8 @@ def train(
     if checkpoint.is_file():
         logger.info("going on from where an earlier training stopped")
     with TrainingProgress(made.name) as progress:
-        trained = made.train(world, Training(seed, minutes, device, checkpoint, progress.show))
+        how = Training(seed, minutes, device, checkpoint, progress.show)
+        trained = made.train(world, how)
     manifest = Manifest(
         planner=made.name,
         env=env.id,
@@ -78,7 +79,7 @@ def train(
         machine=machine.describe(),
     )
     weight_files.write(file, trained.tensors, manifest)
-    checkpoint.unlink(missing_ok=True)
+    how.forget()
     if file != weight_files.cached_file(made.name, made.domain(world)):
         _let_runs_find(file, made.name, made.domain(world))
     return file

@@ -52,6 +52,16 @@ class Training:
     checkpoint: Path
     report: Callable[[Progress], None] = lambda progress: None
 
+    @property
+    def data(self) -> Path:
+        """A file beside the checkpoint, for data that is made once."""
+        return self.checkpoint.with_suffix(".data.npz")
+
+    def forget(self) -> None:
+        """Removes both files: what came of the training has been kept."""
+        for file in (self.checkpoint, self.data):
+            file.unlink(missing_ok=True)
+
 
 @dataclass(frozen=True)
 class Trained:

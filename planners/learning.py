@@ -69,9 +69,8 @@ def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Tr
     """Trains a network of a method from scratch, or from the checkpoint."""
     state = _begun(method, env, how)
     objective = method.objective()
-    labels = how.checkpoint.with_suffix(".data.npz")
     prepared_s = objective.prepare(
-        env, how.seed, labels, lambda share: how.report(Progress("data", share))
+        env, how.seed, how.data, lambda share: how.report(Progress("data", share))
     )
     with _quick_arithmetic():
         train(
@@ -83,7 +82,6 @@ def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Tr
             checkpoint=lambda state: state.save(how.checkpoint),
             report=_Watch(env, how, solved),
         )
-    labels.unlink(missing_ok=True)
     spent = {
         "network": _network(state.net),
         "steps": state.step,
@@ -92,7 +90,7 @@ def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Tr
         "threads": torch.get_num_threads(),
     }
     return Trained(
-        {name: tensor.cpu().numpy() for name, tensor in state.average.state_dict().items()},
+        {name: tensor.cpu().numpy() for name, tensor in state.averaged().state_dict().items()},
         method.settings() | spent,
         data_s=prepared_s + state.data_s,
         train_s=state.train_s,
@@ -156,9 +154,10 @@ class _Watch:
     def __call__(self, state: TrainingState) -> None:
         validation = None
         if sum(at <= state.share for at in _VALIDATED_AT) > len(state.validation):
-            validation = self._solved(state.average, self._problems), len(self._problems)
+            average = state.averaged()
+            validation = self._solved(average, self._problems), len(self._problems)
             state.validation.append([state.share, *validation])
-            state.average.train()
+            average.train()
         self._report(Progress("training", state.share, state.latest_loss, validation))
 
 

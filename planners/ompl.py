@@ -163,7 +163,9 @@ class OmplPlanner(Planner):
         }
         if path is None:
             return PlannerResult(status, None, stats)
-        waypoints = np.array([self._values(state) for state in path.getStates()])
+        states = [self._values(state) for state in path.getStates()]
+        # FMT*'s path to where it is already has one state.
+        waypoints = np.array(states if len(states) > 1 else 2 * states)
         exact = definition.hasExactSolution()
         status = Status.EXACT_SOLUTION if exact else Status.APPROXIMATE_SOLUTION
         return PlannerResult(status, waypoints, stats)

@@ -79,32 +79,36 @@ class Recipe:
         return self.learning_rate * min(1.0, (step + 1) / self.warm_up_steps) * decay
 
 
-class _EpochGuard:
-    """Carries out a `Rollback`."""
+@dataclass
+class Epochs:
+    """What a `Rollback` goes by.
 
-    def __init__(self, rollback: Rollback, seed: int) -> None:
-        self._rollback = rollback
-        self._seed = seed
-        self._before = math.inf
-        self._losses: list[float] = []
-        self._kept: list[tuple[dict[str, Any], dict[str, Any]]] = []
+    Attributes:
+        before: mean loss of the last epoch that was not rolled back.
+        losses: of this epoch's steps.
+        kept: states of network and optimiser after the last epochs.
+    """
 
-    def after_step(self, state: TrainingState, loss: float) -> None:
-        """Is told the loss of each step."""
-        self._losses.append(loss)
-        if len(self._losses) < self._rollback.epoch_steps:
+    before: float = math.inf
+    losses: list[float] = field(default_factory=list)
+    kept: list[tuple[dict[str, Any], dict[str, Any]]] = field(default_factory=list)
+
+    def after_step(self, state: TrainingState, rollback: Rollback, loss: float, seed: int) -> None:
+        """Is told the loss of each step; carries a rollback out."""
+        self.losses.append(loss)
+        if len(self.losses) < rollback.epoch_steps:
             return
-        mean = sum(self._losses) / len(self._losses)
-        self._losses.clear()
-        if self._kept and mean > self._rollback.factor * self._before:
-            choice = int(stream("rollback", self._seed, state.step).integers(len(self._kept)))
-            net, optimiser = deepcopy(self._kept[choice])
+        mean = sum(self.losses) / len(self.losses)
+        self.losses.clear()
+        if self.kept and mean > rollback.factor * self.before:
+            choice = int(stream("rollback", seed, state.step).integers(len(self.kept)))
+            net, optimiser = deepcopy(self.kept[choice])
             state.net.load_state_dict(net)
             state.optimiser.load_state_dict(optimiser)
             return
-        self._before = mean
+        self.before = mean
         held = state.net.state_dict(), state.optimiser.state_dict()
-        self._kept = [*self._kept[1 - self._rollback.kept :], deepcopy(held)]
+        self.kept = [*self.kept[1 - rollback.kept :], deepcopy(held)]
 
 
 class Length(Protocol):
@@ -142,6 +146,7 @@ class TrainingState:
         average: of the weights over later steps, which is the result.
         data_s, train_s: seconds spent making data, and otherwise.
         losses: [share, mean loss since the last entry].
+        epochs: what a recipe's `Rollback` goes by.
     """
 
     net: nn.Module
@@ -155,6 +160,7 @@ class TrainingState:
     recent: list[float] = field(default_factory=list)
     latest_loss: float | None = None
     validation: list[list[float]] = field(default_factory=list)
+    epochs: Epochs = field(default_factory=Epochs)
 
     _PLAIN: ClassVar = (
         *("step", "share", "data_s", "train_s"),
@@ -170,6 +176,14 @@ class TrainingState:
         )
         return TrainingState(net, deepcopy(net), optimiser)
 
+    def averaged(self) -> nn.Module:
+        """The averaged network. What is no weight, such as the w-space encoder's lambda, is not
+        averaged but as it is now."""
+        with torch.no_grad():
+            for held, now in zip(self.average.buffers(), self.net.buffers(), strict=True):
+                held.copy_(now)
+        return self.average
+
     def save(self, file: Path) -> None:
         """Writes a checkpoint, whole or not at all.
 
@@ -178,6 +192,7 @@ class TrainingState:
         """
         state: dict[str, Any] = {name: getattr(self, name) for name in self._PLAIN}
         state |= {name: getattr(self, name).state_dict() for name in self._MODULES}
+        state["epochs"] = dict(vars(self.epochs))
         try:
             with whole_file(file) as part:
                 torch.save(state, part)
@@ -196,6 +211,7 @@ class TrainingState:
                 getattr(self, name).load_state_dict(state[name])
             for name in self._PLAIN:
                 setattr(self, name, state[name])
+            self.epochs = Epochs(**state["epochs"])
         except _NOT_OURS as error:
             raise InputError(f"cannot go on from {file}, delete it: {reason(error)}") from error
 
@@ -220,7 +236,6 @@ def train(
         report: is called after every step.
     """
     saved = monotonic()
-    guard = _EpochGuard(recipe.rollback, seed) if recipe.rollback else None
     while state.share < 1.0:
         begin = monotonic()
         device = next(state.net.parameters()).device
@@ -233,8 +248,8 @@ def train(
         state.recent.append(loss)
         state.latest_loss = loss
         state.step += 1
-        if guard is not None:
-            guard.after_step(state, loss)
+        if recipe.rollback is not None:
+            state.epochs.after_step(state, recipe.rollback, loss, seed)
         state.data_s += drawn - begin
         state.train_s += monotonic() - drawn
         before, state.share = state.share, length.share(state.step, state.train_s)
@@ -245,7 +260,7 @@ def train(
         if monotonic() - saved > _CHECKPOINT_EVERY_S:
             checkpoint(state)
             saved = monotonic()
-    return state.average
+    return state.averaged()
 
 
 def _step(state: TrainingState, objective: Objective, batch: Batch, recipe: Recipe) -> float:

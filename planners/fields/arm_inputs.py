@@ -21,6 +21,7 @@ from envs.robots.arm import ArmView
 from envs.robots.arm_clearance import part_clearances
 from envs.robots.chain import at, body_poses
 from envs.scenes.arm_world import ArmWorld
+from planners.fields.arithmetic import QUICK
 from planners.fields.modes import NO_MODES
 from planners.scale import Scale
 
@@ -99,7 +100,7 @@ def size_of_inputs(dimension: int) -> int:
     return (2 + 3 + _PER_BODY) * dimension
 
 
-_jit = numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
+_jit = numba.njit(cache=True, nogil=True, fastmath=QUICK)
 
 
 @_jit

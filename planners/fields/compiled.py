@@ -15,6 +15,7 @@ import numpy as np
 from envs.problem import Array
 from envs.seeding import stream
 from planners.fields.about import clearance_of, outward
+from planners.fields.arithmetic import QUICK
 from planners.fields.encoder import SineBlock
 from planners.fields.execution import Descent
 from planners.fields.generator import Bound
@@ -139,7 +140,7 @@ def _single(weights: Any) -> Single:
     return np.ascontiguousarray(weights.detach().cpu().numpy(), dtype=np.float32)
 
 
-_jit = numba.njit(cache=True, fastmath=True)
+_jit = numba.njit(cache=True, fastmath=QUICK)
 
 
 @_jit
@@ -157,6 +158,9 @@ def _descend(
         for k in range(d):
             distance += (ends[0, k] - ends[1, k]) ** 2
         distance = math.sqrt(distance)
+        # Ends in one place have met, however near a wall: there is no direction between them.
+        if distance == 0:
+            return step
         if distance <= meeting and (margin == 0 or _joined(ends, network.about)):
             return step
         ratio = math.exp(pair(ends, gradients, network))

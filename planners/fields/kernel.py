@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planners.fields.about import inputs_at
+from planners.fields.arithmetic import QUICK
 from planners.fields.arm_inputs import ArmAbout
 from planners.fields.modes import Held
 from planners.fields.surroundings import View
@@ -46,7 +47,7 @@ class Network(NamedTuple):
     about: View | ArmAbout
 
 
-_jit = numba.njit(cache=True, fastmath=True)
+_jit = numba.njit(cache=True, fastmath=QUICK)
 
 
 @_jit

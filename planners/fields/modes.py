@@ -26,6 +26,7 @@ from torch import Tensor, nn
 
 from envs.problem import Array
 from envs.seeding import stream
+from planners.fields.arithmetic import QUICK
 from planners.fields.surroundings import Surroundings, View, clearance_at
 
 _SPACING = 0.35
@@ -218,7 +219,7 @@ NO_MODES = Held(
 )
 """Where there are none."""
 
-_jit = numba.njit(cache=True, fastmath=True)
+_jit = numba.njit(cache=True, fastmath=QUICK)
 
 _HARDLY = 1e-6
 """The weight of a node that is not free; one that cannot be seen has ten times that."""

@@ -57,7 +57,8 @@ class TimeField(nn.Module):
         self.operator: Operator = OPERATORS[shape.operator]()
         self.encoder = CSpaceEncoder(shape)
         self.generator = TimeFieldGenerator(shape, self.operator.widening * shape.features)
-        self.workspace_weight = 1.0
+        self.workspace_weight: Tensor
+        self.register_buffer("workspace_weight", torch.ones(()), persistent=False)
         self.inputs = inputs
         self.workspace = None if grid is None else WSpaceEncoder(2 * shape.width, grid)
 

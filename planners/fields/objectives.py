@@ -151,5 +151,5 @@ class WithWorkspace:
         return self.objective.draw(rng)
 
     def loss(self, net: TimeField, batch: Batch, share: float) -> Tensor:
-        net.workspace_weight = ramp(share, self.lambda_from, self.lambda_to)
+        net.workspace_weight.fill_(ramp(share, self.lambda_from, self.lambda_to))
         return self.objective.loss(net, batch, share)

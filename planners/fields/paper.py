@@ -48,7 +48,8 @@ class PaperField(nn.Module):
 
     def __init__(self, dimension: int, grid: Tensor) -> None:
         super().__init__()
-        self.workspace_weight = 1.0
+        self.workspace_weight: Tensor
+        self.register_buffer("workspace_weight", torch.ones(()), persistent=False)
         self.encoder = nn.Sequential(
             nn.Linear(dimension, 32),
             nn.ELU(),
@@ -135,7 +136,7 @@ class PublishedPhysics:
 
     def loss(self, net: PaperField, batch: Batch, share: float) -> Tensor:
         starts, goals, at_start, at_goal = batch
-        net.workspace_weight = ramp(share, self.lambda_from, self.lambda_to)
+        net.workspace_weight.fill_(ramp(share, self.lambda_from, self.lambda_to))
         tau, by_start, by_goal = net.with_slopes(starts, goals)
         offset = starts - goals
         return (

@@ -16,6 +16,7 @@ from torch import Tensor, nn
 
 from envs import Environment
 from envs.problem import Array
+from planners.fields.arithmetic import QUICK
 from planners.fields.modes import Held, Modes, modes_at
 from planners.fields.operators import contract
 from planners.fields.surroundings import View, clearance_at, surroundings_of, uphill
@@ -103,7 +104,7 @@ def resistance_stretch(
     )
 
 
-_jit = numba.njit(cache=True, fastmath=True)
+_jit = numba.njit(cache=True, fastmath=QUICK)
 
 
 @_jit

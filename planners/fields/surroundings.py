@@ -15,6 +15,7 @@ from envs import Environment
 from envs.collision.distance_grid import ClearanceGrid
 from envs.problem import Array
 from envs.threads import in_blocks
+from planners.fields.arithmetic import QUICK
 from planners.scale import Scale
 
 _SPACING = 0.07
@@ -120,8 +121,7 @@ def surroundings_of(env: Environment) -> Surroundings:
     return _made[env]
 
 
-_jit = numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "arcp", "nsz"})
-# not all of fastmath: times are infinite where something is in the way
+_jit = numba.njit(cache=True, nogil=True, fastmath=QUICK)
 
 
 @_jit

@@ -23,7 +23,7 @@ from planners.learning import Method, filled, learn
 from planners.mpnet.expansion import Expander
 from planners.mpnet.imitation import Imitation
 from planners.mpnet.networks import Mpnet, PlannerShape
-from planners.mpnet.search import Between, Search
+from planners.mpnet.search import Search
 from planners.scale import Scale, cloud
 from planners.training import Recipe
 from planners.weight_files import Tensors
@@ -127,12 +127,15 @@ class MpnetPlanner(LearnedPlanner):
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         checks = self._model.checks
-        status, path, spent = self._solved(problem, budget)
-        stats = {**spent, "collision_checks": self._model.checks - checks}
-        return PlannerResult(status, path, stats)
+        helper = None if self._fallback is None else _Helper(self._fallback, problem, budget)
+        status, path, spent = self._solved(problem, budget, helper)
+        others = 0 if helper is None else helper.checks
+        if others is not None:
+            spent = {**spent, "collision_checks": self._model.checks - checks + others}
+        return PlannerResult(status, path, spent)
 
     def _solved(
-        self, problem: Problem, budget: Budget
+        self, problem: Problem, budget: Budget, helper: _Helper | None
     ) -> tuple[Status, Array | None, dict[str, Any]]:
         for end, refusal in (
             (problem.start, Status.INVALID_START),
@@ -144,27 +147,39 @@ class MpnetPlanner(LearnedPlanner):
         fallbacks = 0
         while budget.remaining() > 0:
             path = search.attempt()
-            if self._fallback and search.attempts >= _ATTEMPTS and search.is_open(path):
+            if helper is not None and search.attempts >= _ATTEMPTS and search.is_open(path):
                 fallbacks += 1
-                path = search.mended(path, self._other_planner(problem, budget))
+                path = search.mended(path, helper.between)
             if not search.is_open(path) and budget.remaining() > 0:
                 break
         else:
             return Status.TIMEOUT, None, search.stats()
-        helped = {"fallbacks": fallbacks} if self._fallback else {}
+        helped = {} if helper is None else {"fallbacks": fallbacks}
         return Status.EXACT_SOLUTION, np.array(path), search.stats() | helped
 
-    def _other_planner(self, problem: Problem, budget: Budget) -> Between:
-        """The fallback's first path between two configurations, or the two if it has none."""
-        seeds = itertools.count()
 
-        def between(a: Array, b: Array) -> list[Array]:
-            assert self._fallback is not None
-            seed = derived_seed("mpnet fallback", problem.seed, next(seeds))
-            deadline = budget.deadline - (1 - _FALLBACK_SHARE) * budget.remaining()
-            found = self._fallback.solve(
-                Problem(a, b, problem.index, seed), Budget(deadline, stop_cost=math.inf)
-            )
-            return list(found.path) if found.status is Status.EXACT_SOLUTION else [a, b]
+class _Helper:
+    """Another planner's help with one problem.
 
-        return between
+    Attributes:
+        checks: collision checks that it made, or None once it has not said how many.
+    """
+
+    def __init__(self, planner: Planner, problem: Problem, budget: Budget) -> None:
+        self._planner = planner
+        self._problem = problem
+        self._budget = budget
+        self._seeds = itertools.count()
+        self.checks: int | None = 0
+
+    def between(self, a: Array, b: Array) -> list[Array]:
+        """Its first path between two configurations, or the two if it has none."""
+        budget, seen = self._budget, self._problem
+        seed = derived_seed("mpnet fallback", seen.seed, next(self._seeds))
+        deadline = budget.deadline - (1 - _FALLBACK_SHARE) * budget.remaining()
+        found = self._planner.solve(
+            Problem(a, b, seen.index, seed), Budget(deadline, stop_cost=math.inf)
+        )
+        said = found.stats.get("collision_checks")
+        self.checks = None if said is None or self.checks is None else self.checks + said
+        return list(found.path) if found.status is Status.EXACT_SOLUTION else [a, b]

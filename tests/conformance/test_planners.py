@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,8 @@ from shipped import set_up
 import planners
 from bench.judge import Judge
 from bench.record import Verdict
-from envs import Environment
+from envs import Environment, Problem
+from envs.collision.fcl_model import CollisionModel
 from planners import Budget, Planner, PlannerResult, Status
 from planners.baselines import StraightLine
 
@@ -35,6 +38,41 @@ def test_it_solves_what_it_claims_to_solve(planner: Planner, c3d: Environment) -
         assert result.status is Status.EXACT_SOLUTION
         judged = judge(problem, np.asarray(result.path))
         assert judged.verdict is Verdict.VALID, judged.reason
+
+
+def test_it_counts_the_collision_checks_that_it_makes(
+    planner: Planner, c3d: Environment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[object] = []
+
+    def counted(real: Callable[..., Any]) -> Callable[..., Any]:
+        def ask(model: CollisionModel, q: object) -> Any:
+            asked.append(q)
+            return real(model, q)
+
+        return ask
+
+    for name in ("is_valid", "clearance"):
+        monkeypatch.setattr(CollisionModel, name, counted(getattr(CollisionModel, name)))
+    [problem] = c3d.sample_problems(1, 9)
+    told = planner.solve(problem, Budget(perf_counter() + 5)).stats.get("collision_checks")
+    assert told == (len(asked) if asked else None)
+
+
+def test_a_goal_may_be_where_the_start_is(planner: Planner, c3d: Environment) -> None:
+    """Far from everything, and within a fiftieth of the distance at which the speed falls."""
+    judge = Judge(c3d)
+    q = np.random.default_rng(1).uniform(c3d.lower, c3d.upper, (20_000, c3d.dimension))
+    clearance = c3d.clearance(q) / c3d.speed_model.d_max
+    for far in (True, False):
+        place = q[(clearance > 0.6) if far else (clearance > 0.004) & (clearance < 0.018)][0]
+        problem = Problem(place, place.copy())
+        result = planner.solve(problem, Budget(perf_counter() + 3))
+        if far:
+            assert result.status is Status.EXACT_SOLUTION
+        if result.status is Status.EXACT_SOLUTION:
+            judged = judge(problem, np.asarray(result.path))
+            assert judged.verdict is Verdict.VALID, judged.reason
 
 
 def made_to_fail(planner: Planner) -> bool:

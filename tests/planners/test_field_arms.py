@@ -17,7 +17,7 @@ from planners.fields.compiled import CompiledField
 from planners.fields.execution import Descent, gradients
 from planners.fields.networks import TimeField
 from planners.fields.objectives import LargestSubsolution
-from planners.fields.planner import FieldPlanner
+from planners.fields.planner import ATTEMPTS_FOR_ARMS, FieldPlanner
 from planners.training import Recipe, Steps, TrainingState, train
 
 
@@ -118,6 +118,21 @@ def test_execution_keeps_within_the_joints_limits(world: ArmWorld, net: TimeFiel
     pushed = Descent(step=0.02, most_steps=60, true_speed=True, margin=0.3)
     for ends in points(world, 20, 5).astype(np.float32).reshape(10, 2, -1):
         assert (np.abs(compiled.after(ends, low, high, pushed)) <= 0.5).all()
+
+
+def test_ends_in_one_place_have_met_however_near_an_obstacle(
+    world: ArmWorld, net: TimeField
+) -> None:
+    compiled = CompiledField(net)
+    low, high = (np.full(world.dimension, end, dtype=np.float32) for end in (-0.5, 0.5))
+    about = ArmInputs(world).view
+    near = [x for x in points(world, 2000, 3) if -0.1 < arm_clearance_at(about, x) < 0.02][:5]
+    assert near
+    for place in np.array(near, dtype=np.float32):
+        for descent in ATTEMPTS_FOR_ARMS:
+            path = compiled.descend(place, place.copy(), low, high, descent)
+            assert path is not None
+            assert (path == place).all()
 
 
 def test_methods_that_do_not_fit_say_why() -> None:

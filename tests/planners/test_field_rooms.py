@@ -275,6 +275,22 @@ def test_ends_on_both_sides_of_a_wall_are_not_joined(net: TimeField) -> None:
     assert compiled.descend(a, b, low, high, careful) is None
 
 
+@pytest.mark.parametrize("descent", planner_module.ATTEMPTS_IN_ROOMS)
+@pytest.mark.parametrize("x", [0.405, 0.41, 0.2, 5.0], ids=["touching", "near", "within", "far"])
+def test_ends_in_one_place_have_met(net: TimeField, descent: Descent, x: float) -> None:
+    low, high = np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32)
+    place = np.array([x, -5, 0], dtype=np.float32) / 20
+    path = CompiledField(net).descend(place, place.copy(), low, high, descent)
+    assert path is not None
+    assert (path == place).all()
+
+
+def test_where_every_place_is_behind_a_wall_there_is_no_escape(net: TimeField) -> None:
+    """Times through walls are infinite."""
+    within = np.array([[0.0, -5, 0], [0.1, -5.3, 0]], dtype=np.float32) / 20
+    assert CompiledField(net).escaped(within, 0) is None
+
+
 def test_an_escape_is_to_a_place_in_sight_with_a_smaller_time(net: TimeField) -> None:
     compiled = CompiledField(net)
     world = TwoRooms()

@@ -85,7 +85,7 @@ def test_a_field_with_it_has_the_right_slopes_and_ignores_it_at_weight_0(
     wanted = torch.autograd.grad(stretch.sum(), (start, goal))
     assert torch.allclose(by_start, wanted[0], atol=1e-9)
     assert torch.allclose(by_goal, wanted[1], atol=1e-9)
-    net.workspace_weight = 0.0
+    net.workspace_weight.fill_(0.0)
     without, _, _ = net(start, goal)
     assert not torch.allclose(without, stretch)
     assert net.workspace is not None

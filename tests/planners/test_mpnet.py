@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from envs import Environment, Problem
+from envs.collision.fcl_model import CollisionModel
 from envs.scenes import cluttered
 from envs.scenes.cluttered import Cluttered3D
 from envs.seeding import TEST_SEEDS
@@ -250,6 +251,27 @@ def test_the_fallback_mends_what_the_network_cannot(
     assert helped.status is Status.EXACT_SOLUTION
     assert helped.stats["fallbacks"] == 1
     assert helped.stats["attempts"] == mpnet._ATTEMPTS
+
+
+@pytest.mark.parametrize(
+    ("fallback", "told"), [("rrtconnect", True), ("rrtstar", True), ("fmm", False)]
+)
+def test_checks_are_those_of_both_planners(
+    c3d: Environment, net: Mpnet, monkeypatch: pytest.MonkeyPatch, fallback: str, told: bool
+) -> None:
+    """Where the other does not say how many it made, nothing is said."""
+    planner = ready(c3d, net, f"{fallback}:resolution=30" if fallback == "fmm" else fallback)
+    problem = blocked(c3d)
+    monkeypatch.setattr(Expander, "next", lambda self, current, *others: current)
+    asked = []
+    for name in ("is_valid", "clearance"):
+        real = getattr(CollisionModel, name)
+        monkeypatch.setattr(
+            CollisionModel, name, lambda self, q, real=real: asked.append(q) or real(self, q)
+        )
+    result = planner.solve(problem, Budget(perf_counter() + 5))
+    assert result.stats.get("fallbacks") == 1
+    assert result.stats.get("collision_checks") == (len(asked) if told else None)
 
 
 def test_a_fallback_that_finds_nothing_leaves_time_for_another_try(

@@ -98,6 +98,16 @@ def test_a_seed_gives_the_same_path(name: str, c3d: Environment) -> None:
     assert (first == second).all()
 
 
+@pytest.mark.parametrize("name", OMPL)
+def test_a_path_to_where_it_is_has_two_ends(name: str, c3d: Environment) -> None:
+    start = c3d.sample_problems(1, 4)[0].start
+    result = solve(c3d, Problem(start, start.copy()), name, math.inf, 3)
+    assert result.status is Status.EXACT_SOLUTION
+    path = np.asarray(result.path)
+    assert len(path) >= 2
+    assert (path[[0, -1]] == start).all()
+
+
 def test_simplification_shortens_and_stays_certified(c3d: Environment) -> None:
     problem = blocked_problem(c3d)
     raw = np.asarray(solve(c3d, problem, "rrtconnect", math.inf, 5).path)
