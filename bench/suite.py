@@ -27,7 +27,7 @@ PAPER = "paper"
 CPU = "cpu"
 """The device that runs use unless another is asked for."""
 
-RULES = 1
+RULES = 2
 """Rises whenever the protocol or the judge changes what is measured."""
 
 

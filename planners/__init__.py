@@ -24,6 +24,7 @@ def _ompl(
         {"algorithm": algorithm},
         aliases=aliases,
         groups=groups,
+        version=2,  # 1 had Python looked for overrides at each of OMPL's virtual calls
         not_repeatable=not_repeatable,
     )
 

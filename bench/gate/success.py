@@ -24,8 +24,9 @@ TESTS = {
 """How success was tested, and what that means."""
 
 FLIPS = 2.5e-4
-"""The share of outcomes that may change although the same paths come again: bad luck with time that
-margins for slower machines do not cover. Reruns of unchanged planners had none in some thousands."""
+"""The share of outcomes that may change although the same paths come again: bad luck with time
+that margins for slower machines do not cover. Reruns of unchanged planners had none in some
+thousands."""
 
 _SLOWER = 10
 """How many times slower than the baseline's a machine may always be without a word: a problem that

@@ -21,8 +21,8 @@ import psutil
 NASTY = Path(__file__).parents[1] / "nasty_planner.py"
 PLANNERS = ("rrtconnect", "rrtconnect:range=2", "nasty")
 BOOT = (  # two planners at a time, also where there is one core: times do not matter here
-    "import sys; from bench import cli; from envs import processors; processors.physical_cores = lambda: 2;"
-    "sys.exit(cli.main())"
+    "import sys; from bench import cli; from envs import processors;"
+    "processors.physical_cores = lambda: 2; sys.exit(cli.main())"
 )
 
 
