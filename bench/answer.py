@@ -22,6 +22,10 @@ from planners import Status
 
 _MOST_INTEGER = 2**63 - 1  # SQLite's
 _MOST_TEXT = 20_000  # characters of an error
+_OF_ATTEMPTS = (Fault.ERROR.value, Fault.OUT_OF_MEMORY.value, Fault.LEFT_RUNNING.value)
+_OF_SETUPS = (Fault.ERROR.value, Fault.OUT_OF_MEMORY.value, Fault.UNSUPPORTED.value)
+"""Faults that a worker may tell of; what else may befall it the harness sees for itself."""
+
 _COUNTS = ("collision_checks", "fallbacks")
 
 _SLACK_S, _SLACK_SHARE = 0.1, 0.1
@@ -105,8 +109,9 @@ def set_up_of(message: Message, path: Array | None, clock: Clock) -> SetUp:
     Raises:
         ValueError, KeyError, TypeError: it makes no sense.
     """
-    status = message["status"]
-    fault = "" if status is None else Fault(status).value
+    fault = message["status"] or ""
+    if fault not in ("", *_OF_SETUPS):
+        raise ValueError(f"{brief(fault)} is no outcome of setting up")
     seconds, _note = clock.bounded(message["setup_s"])
     train_s = _amount(message.get("train_s")) or 0.0
     return SetUp(fault, storable(message["error"]), seconds, train_s)
@@ -119,7 +124,7 @@ def attempt_of(message: Message, path: Array | None, clock: Clock) -> Attempt:
         ValueError, KeyError, TypeError: it makes no sense.
     """
     status = message["status"]
-    if status not in [fault.value for fault in Fault]:
+    if status not in _OF_ATTEMPTS:
         status = Status(status).value
     stats = json.loads(message["stats"])
     if not isinstance(stats, dict):

@@ -64,12 +64,11 @@ def _meanings() -> Iterator[tuple[str, tuple[object, object]]]:
 def _of(where: str, names: Any, module: ModuleType) -> Iterator[tuple[str, tuple[object, object]]]:
     for name, value in list(names.items()):
         function = getattr(value, "__func__", getattr(value, "fget", value))
-        constant = name.isupper() or isinstance(value, _PLAIN)
         if isinstance(function, FunctionType):
             yield f"{where}.{name}", (value, function.__code__)
         elif isinstance(value, type):
             yield f"{where}.{name}", (value, None)
             if value.__module__ == module.__name__ and value.__name__ == name:
                 yield from _of(f"{where}.{name}", vars(value), module)
-        elif callable(value) or (constant and not name.startswith("__")):
+        elif callable(value) or name.isupper():
             yield f"{where}.{name}", (value, None)

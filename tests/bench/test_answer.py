@@ -121,6 +121,9 @@ def test_a_path_that_is_too_large_is_left_out(monkeypatch: pytest.MonkeyPatch) -
     [
         {"status": "SOLVED"},
         {"status": None},
+        {"status": "UNSUPPORTED"},
+        {"status": "SKIPPED"},
+        {"status": "CRASH"},
         {"status": ["EXACT_SOLUTION"]},
         {"stats": "[]"},
         {"stats": "{"},
@@ -133,6 +136,12 @@ def test_an_answer_that_makes_no_sense_is_none(spoilt: dict[str, Any]) -> None:
     for missing in ANSWER:
         with pytest.raises(KeyError):
             attempt_of({k: v for k, v in ANSWER.items() if k != missing}, None, CLOCK)
+
+
+@pytest.mark.parametrize("status", ["SKIPPED", "KILLED", "VALID", ["ERROR"], 3])
+def test_so_is_one_of_setting_up(status: Any) -> None:
+    with pytest.raises((ValueError, TypeError)):
+        set_up_of({"status": status, "error": "", "setup_s": 1.0}, None, CLOCK)
 
 
 @pytest.mark.parametrize(
