@@ -12,6 +12,7 @@ from typing import Any
 import psutil
 
 from bench.process import ONE_THREAD
+from envs.cores import usable_cores
 
 _PACKAGES = (
     "plannerbench",
@@ -28,8 +29,7 @@ _PACKAGES = (
 
 def physical_cores() -> int:
     """Physical cores that this process may use, as far as the system tells."""
-    physical = psutil.cpu_count(logical=False) or psutil.cpu_count() or 1
-    return max(1, min(physical, len(_usable_cpus())))
+    return usable_cores()
 
 
 def _usable_cpus() -> list[int]:

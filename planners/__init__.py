@@ -79,6 +79,16 @@ REGISTRY: Registry[Planner] = Registry(
         _ompl("aitstar", "AITstar", "AIT*", ("ait*",)),
         _ompl("eitstar", "EITstar", "EIT*", ("eit*",)),
         _ompl("fmt", "FMT", "FMT*, one batch of samples", ("fmt*",)),
+        Spec(
+            "straight-line",
+            "planners.baselines:StraightLine",
+            "baseline: the straight motion where it is free, nothing else",
+        ),
+        Spec(
+            "random-detours",
+            "planners.baselines:RandomDetours",
+            "baseline: straight, or by way of up to three random places until that is free",
+        ),
         _field(
             "eikonet",
             "factored time without symmetry or bounds, trained on speeds (EikoNet)",

@@ -57,6 +57,9 @@ class Labels(Pieces):
     def finished(self) -> int:
         return len(self.sources)
 
+    def is_consistent(self) -> bool:
+        return len(self.sources) == len(self.goals) == len(self.stretch)
+
 
 def make_labels(
     env: Environment,

@@ -61,6 +61,15 @@ class Demonstrations(Pieces):
     def finished(self) -> int:
         return len(self.tried)
 
+    def is_consistent(self) -> bool:
+        scenes = self.scenes
+        return bool(
+            len(self.lengths) == len(scenes)
+            and (self.lengths >= 2).all()
+            and self.lengths.sum() == len(self.waypoints)
+            and ((scenes >= 0) & (scenes < len(self.tried))).all()
+        )
+
 
 def make_demonstrations(
     scenes: Sequence[Environment],
