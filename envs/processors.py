@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
-_SYSTEM = Path("/sys")
+_CPUS = Path("/sys/devices/system/cpu")
+_GROUPS = Path("/sys/fs/cgroup")
+_OWN_GROUPS = Path("/proc/self/cgroup")
 
 
 def usable_cpus() -> list[int]:
@@ -26,37 +30,53 @@ def usable_cores() -> list[tuple[int, ...]]:
 def physical_cores() -> int:
     """Physical cores that this process may keep busy: those that it may run on, and no more than
     what a container's quota of processor time allows; at least 1."""
-    quota = _quota()
-    cores = len(usable_cores())
-    return max(1, cores if quota is None else min(cores, int(quota)))
+    return max(1, int(min(len(usable_cores()), _quota())))
 
 
-def _siblings(cpu: int) -> set[int]:
+@cache
+def _siblings(cpu: int) -> frozenset[int]:
     """The logical processors of the core that one belongs to; itself where that is not known."""
-    file = _SYSTEM / f"devices/system/cpu/cpu{cpu}/topology/thread_siblings_list"
     try:
-        listed = file.read_text()
+        listed = (_CPUS / f"cpu{cpu}/topology/thread_siblings_list").read_text()
     except OSError:
-        return {cpu}
+        return frozenset({cpu})
     ends = [part.partition("-") for part in listed.strip().split(",")]
-    return {cpu for low, _, high in ends for cpu in range(int(low), int(high or low) + 1)} | {cpu}
+    return frozenset({cpu}.union(*(range(int(a), int(b or a) + 1) for a, _, b in ends)))
 
 
-def _quota() -> float | None:
-    """Seconds of processor time for each second that passes that the control group of this process
-    allows, None without a limit: cpu.max of version 2, or the two files of version 1."""
-    groups = _SYSTEM / "fs/cgroup"
-    version_1 = groups / "cpu/cpu.cfs_quota_us", groups / "cpu/cpu.cfs_period_us"
-    said = _words(groups / "cpu.max") or _words(*version_1)
-    if len(said) != 2 or said[0] in ("max", "-1"):
-        return None
-    return float(said[0]) / float(said[1])
+@cache
+def _quota() -> float:
+    """Seconds of processor time for each second that passes that control groups leave to this
+    process, endless without a limit."""
+    return min((allowed / period for allowed, period in _quotas()), default=math.inf)
 
 
-def _words(*files: Path) -> list[str]:
-    """What some files say, none if one is not there or says no numbers."""
+def _quotas() -> Iterator[tuple[float, float]]:
+    """Quota and period of each control group, of either version, that this process is in, and of
+    those above it; none of a group without a limit."""
     try:
-        words = " ".join(file.read_text() for file in files).split()
-        return words if all(word == "max" or math.isfinite(float(word)) for word in words) else []
-    except (OSError, ValueError):
-        return []
+        listed = _OWN_GROUPS.read_text().splitlines()
+    except OSError:
+        return
+    for line in listed:
+        _, controllers, name = line.split(":", 2)
+        root = _GROUPS / "cpu" if "cpu" in controllers.split(",") else _GROUPS
+        group = root / name.strip("/")
+        for folder in (group, *group.parents):
+            if not folder.is_relative_to(root):
+                break
+            yield from _quota_in(folder)
+
+
+def _quota_in(folder: Path) -> Iterator[tuple[float, float]]:
+    for files in (("cpu.max",), ("cpu.cfs_quota_us", "cpu.cfs_period_us")):
+        words = " ".join(_text(folder / name) for name in files).split()
+        if len(words) == 2 and all(word.isdecimal() and int(word) > 0 for word in words):
+            yield float(words[0]), float(words[1])
+
+
+def _text(file: Path) -> str:
+    try:
+        return file.read_text()
+    except OSError:  # another version, or no control groups
+        return ""

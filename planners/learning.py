@@ -11,7 +11,7 @@ from typing import Any
 import torch
 from torch import nn
 
-from envs import Environment, Problem
+from envs import Environment, Problem, processors
 from envs.seeding import derived_seed, training_seed
 from planners.learned import Progress, Trained, Training, checked_device
 from planners.training import (
@@ -72,7 +72,7 @@ def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Tr
     prepared_s = objective.prepare(
         env, how.seed, how.data, lambda share: how.report(Progress("data", share))
     )
-    with _quick_arithmetic():
+    with _quick_arithmetic(), _usable_threads():
         train(
             state,
             objective,
@@ -87,7 +87,7 @@ def learn(method: Method, env: Environment, how: Training, solved: Solved) -> Tr
         "steps": state.step,
         "minutes": how.minutes,
         "device": how.device,
-        "threads": torch.get_num_threads(),
+        "threads": min(torch.get_num_threads(), processors.physical_cores()),
     }
     return Trained(
         {name: tensor.cpu().numpy() for name, tensor in state.averaged().state_dict().items()},
@@ -170,3 +170,14 @@ def _quick_arithmetic() -> Iterator[None]:
     finally:
         if flushes:
             torch.set_flush_denormal(False)
+
+
+@contextmanager
+def _usable_threads() -> Iterator[None]:
+    """PyTorch's threads are no more than there are cores to use: more would wait for each other."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(min(threads, processors.physical_cores()))
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)

@@ -82,9 +82,9 @@ def made_in_parallel(
         The results, and the seconds that they took, those in earlier calls included.
 
     Raises:
-        InputError: what is kept is damaged, or of something else.
+        InputError: what is kept is damaged, or of something else, or cannot be written.
     """
-    made, spent = _read(kept, none)
+    made, spent = _read(kept, none, items)
     begin = monotonic()
     for finished in in_parallel(make, arguments, range(made.finished, items), block):
         made = made.joined(finished)
@@ -93,7 +93,7 @@ def made_in_parallel(
     return made, spent + monotonic() - begin
 
 
-def _read(kept: Path, none: D) -> tuple[D, float]:
+def _read(kept: Path, none: D, items: int) -> tuple[D, float]:
     if not kept.is_file():
         return none, 0.0
     try:
@@ -103,14 +103,17 @@ def _read(kept: Path, none: D) -> tuple[D, float]:
             seconds = float(held["seconds"])
     except _NOT_OURS as error:
         raise InputError(f"cannot go on from {kept}, delete it: {reason(error)}") from error
-    if not (made.continues(none) and 0 <= seconds < math.inf):
+    if not (made.continues(none) and made.finished <= items and 0 <= seconds < math.inf):
         raise InputError(f"cannot go on from {kept}, delete it: it holds something else")
     return made, seconds
 
 
 def _write(kept: Path, made: Pieces, seconds: float) -> None:
-    with whole_file(kept) as part:
-        np.savez(part, seconds=seconds, **vars(made))
+    try:
+        with whole_file(kept) as part:
+            np.savez(part, seconds=seconds, **vars(made))
+    except OSError as error:
+        raise InputError(f"cannot write {kept}: {reason(error)}") from error
 
 
 def in_parallel(

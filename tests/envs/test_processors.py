@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,15 +16,24 @@ LINUX = pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="no affi
 
 
 @pytest.fixture
-def system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A made-up machine: four cores of two logical processors each, all of which may be used."""
     for cpu in range(8):
-        folder = tmp_path / f"devices/system/cpu/cpu{cpu}/topology"
+        folder = tmp_path / f"cpus/cpu{cpu}/topology"
         folder.mkdir(parents=True)
         (folder / "thread_siblings_list").write_text(f"{cpu % 4},{cpu % 4 + 4}\n")
-    monkeypatch.setattr(processors, "_SYSTEM", tmp_path)
+    monkeypatch.setattr(processors, "_CPUS", tmp_path / "cpus")
+    monkeypatch.setattr(processors, "_GROUPS", tmp_path / "groups")
+    monkeypatch.setattr(processors, "_OWN_GROUPS", tmp_path / "own")
     monkeypatch.setattr(processors, "usable_cpus", lambda: list(range(8)))
-    return tmp_path
+    forget()
+    yield tmp_path
+    forget()
+
+
+def forget() -> None:
+    processors._siblings.cache_clear()
+    processors._quota.cache_clear()
 
 
 def write(file: Path, text: str) -> None:
@@ -46,32 +56,41 @@ def test_only_those_that_may_be_used(
 
 def test_siblings_may_be_a_range(system: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for cpu in range(4):
-        file = system / f"devices/system/cpu/cpu{cpu}/topology/thread_siblings_list"
+        file = system / f"cpus/cpu{cpu}/topology/thread_siblings_list"
         file.write_text(f"{cpu // 2 * 2}-{cpu // 2 * 2 + 1}\n")
     monkeypatch.setattr(processors, "usable_cpus", lambda: [0, 1, 2, 3])
     assert processors.usable_cores() == [(0, 1), (2, 3)]
 
 
 @pytest.mark.parametrize(
-    "said, cores",
+    "own, files, cores",
     [
-        ("max 100000", 4),
-        ("250000 100000", 2),
-        ("50000 100000", 1),
-        ("900000 100000", 4),
-        ("nonsense", 4),
-        ("", 4),
+        ("0::/\n", {"cpu.max": "max 100000\n"}, 4),
+        ("0::/\n", {"cpu.max": "250000 100000\n"}, 2),
+        ("0::/a\n", {"a/cpu.max": "50000 100000\n"}, 1),
+        ("0::/\n", {"cpu.max": "900000 100000\n"}, 4),
+        ("0::/\n", {"cpu.max": "nonsense\n"}, 4),
+        ("0::/\n", {"cpu.max": "0 0\n"}, 4),
+        ("0::/a/b\n", {"a/b/cpu.max": "max 100000\n", "a/cpu.max": "310000 100000\n"}, 3),
+        (
+            "3:cpuacct,cpu:/docker/x\n2:memory:/\n",
+            {
+                "cpu/docker/x/cpu.cfs_quota_us": "300000\n",
+                "cpu/docker/x/cpu.cfs_period_us": "100000\n",
+            },
+            3,
+        ),
+        ("1:cpu:/\n", {"cpu/cpu.cfs_quota_us": "-1\n", "cpu/cpu.cfs_period_us": "100000\n"}, 4),
+        ("0::/gone\n", {}, 4),
     ],
 )
-def test_a_quota_of_version_2(system: Path, said: str, cores: int) -> None:
-    write(system / "fs/cgroup/cpu.max", said + "\n")
-    assert processors.physical_cores() == cores
-
-
-@pytest.mark.parametrize("quota, cores", [("-1", 4), ("300000", 3), ("20000", 1)])
-def test_a_quota_of_version_1(system: Path, quota: str, cores: int) -> None:
-    write(system / "fs/cgroup/cpu/cpu.cfs_quota_us", quota + "\n")
-    write(system / "fs/cgroup/cpu/cpu.cfs_period_us", "100000\n")
+def test_quotas_of_control_groups(
+    system: Path, own: str, files: dict[str, str], cores: int
+) -> None:
+    """Of version 2 and of version 1, of the process's own group and of those above it."""
+    (system / "own").write_text(own)
+    for name, text in files.items():
+        write(system / "groups" / name, text)
     assert processors.physical_cores() == cores
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from planners.mpnet.imitation import Imitation, _Paths
 from planners.mpnet.planner import METHOD
 from planners.training import Objective, Recipe, Rollback, Steps, TrainingState, train
 
-STEPS = 6
+STEPS = 5
 ROLLED_BACK = Rollback(epoch_steps=2, factor=0.0, kept=2)  # after every epoch but the first
 TRAINED = {**METHODS, "mpnet": METHOD}
 
@@ -46,6 +47,15 @@ def prepared(method: Method, env: Environment, file: Path) -> Objective:
         inner.plan = replace(inner.plan, groups=2)
     objective.prepare(env, 0, file, lambda share: None)
     return objective
+
+
+@pytest.fixture(autouse=True)
+def one_thread() -> Iterator[None]:
+    """Steps this small are slower on several."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
 
 
 @pytest.mark.parametrize("name", TRAINED)
