@@ -58,7 +58,8 @@ def run(
         stage.prepare()
     for stage in stages:  # not before all are: one training may give several planners weights
         stage.enter()
-    store.put_selection(suite.selection())
+    if any(stage.minutes_of_training for stage in stages):
+        store.put_selection(suite.selection())  # again: the weights are known now
     progress = Progress(sum(len(stage.open) for stage in stages))
     try:
         for stage in stages:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -10,9 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import envs
+import planners
 from bench.judge import MOST_WAYPOINTS, Judge, Judgement
 from bench.record import Verdict
 from envs import Problem
+from planners import Budget
 
 ENV = envs.make("c3d:boxes=1")
 BOX = ENV.obstacles[0]
@@ -132,6 +135,7 @@ def test_a_path_that_cannot_be_decided_in_time_is_not_judged(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("bench.judge._MOST_QUERIES", 3000)
+    monkeypatch.setattr("bench.judge.FIRST_QUERIES", 1000)
     for gap in (1.01e-3, 1.2e-3):
         judged = verdict_of(there_and_back(100, gap))
         assert judged.verdict is Verdict.NOT_JUDGED
@@ -160,3 +164,15 @@ def test_dense_paths_are_judged_as_thin_ones_are() -> None:
     assert other.safety_margin == pytest.approx(one.safety_margin, abs=1e-3)
     assert other.length == pytest.approx(one.length, rel=1e-3)
     assert other.travel_time == pytest.approx(one.travel_time, rel=1e-3)
+
+
+@pytest.mark.parametrize("text", ["c3d", "arm4"])
+def test_what_planners_find_stays_far_within_the_budget(text: str) -> None:
+    env = envs.make(text)
+    judge, planner = Judge(env), planners.make("rrtconnect")
+    planner.setup(env, seed=0)
+    for problem in env.sample_problems(5, 7):
+        path = planner.solve(problem, Budget(perf_counter() + 5)).path
+        judge._model.checks = 0
+        assert judge(problem, path).verdict is Verdict.VALID
+        assert judge._model.checks < 2000
