@@ -89,8 +89,10 @@ def shells(vertices: Array, faces: Ints) -> Shells:
     """The shells of faces (m, 3) among vertices (n, 3); vertices at one place count as one."""
     distinct, votes = _distinct(faces, _places(vertices))
     vertices = vertices - vertices.mean(axis=0)
-    distinct, votes = _without_second_coverings(vertices, distinct, votes)
     edges = _Edges(distinct)
+    if edges.count.max() > 2:
+        distinct, votes = _without_second_coverings(vertices, distinct, votes, edges)
+        edges = _Edges(distinct)
     sides, tied = _linked_sides(vertices, distinct, edges)
     count = len(distinct)
     nodes = np.arange(count)
@@ -180,11 +182,10 @@ def _distinct(faces: Ints, place: Ints) -> tuple[Ints, Ints]:
     return faces[first[order]], votes[order]
 
 
-def _without_second_coverings(vertices: Array, faces: Ints, votes: Ints) -> tuple[Ints, Ints]:
+def _without_second_coverings(
+    vertices: Array, faces: Ints, votes: Ints, edges: _Edges
+) -> tuple[Ints, Ints]:
     """Faces (m, 3) without flat patches that others cover, cut into triangles in another way."""
-    edges = _Edges(faces)
-    if edges.count.max() < 3:
-        return faces, votes
     pairs = edges.pairs()
     flat = (edges.across(vertices, pairs[:, 0]) * edges.across(vertices, pairs[:, 1])).sum(1)
     joined = edges.face[pairs[flat < -1 + _FLAT]]
@@ -231,11 +232,11 @@ def _linked_sides(vertices: Array, faces: Ints, edges: _Edges) -> tuple[Ints, In
 def _apart_where_closed(faces: Ints, edges: _Edges) -> Ints:
     """Numbers of edges (3 m,) for half-edges, with one more for each patch that closes by itself:
     what touches it along an edge is not linked with it."""
+    if edges.count.max() <= 2:
+        return edges.number
     joined = edges.face[edges.pairs()]
     link = coo_matrix((np.ones(len(joined)), joined.T), shape=(len(faces), len(faces)))
     count, patch = connected_components(link, directed=False)
-    if count == 1:
-        return edges.number
     key = edges.number * count + patch[edges.face]
     _, same, here = np.unique(key, return_inverse=True, return_counts=True)
     closes = np.ones(count, dtype=np.bool_)
