@@ -68,8 +68,8 @@ def add_check(subparsers: Any) -> None:
         commands.check,
         help="fail if a run is worse than a baseline",
         description="Tests whether planners solve fewer problems than in a baseline, or do worse "
-        "by the measure of a reference planner of the same run. Exit code 1 for a regression, 3 if "
-        "nothing compares.",
+        "by what --ratios names, and says how small a fall it would notice. Exit code 1 for a "
+        "regression, 3 if nothing compares.",
     )
     add = parser.add_argument
     add("dir", type=Path, metavar="DIR", help="a folder that run wrote")
@@ -82,7 +82,8 @@ def add_check(subparsers: Any) -> None:
         metavar="P",
         help="the probability of any false alarm in a check (default: 0.01)",
     )
-    add("--ratios", metavar="NAMES", help=f"of {','.join(gate.MEASURES)}, by the reference's")
+    known = ",".join(gate.MEASURES)
+    add("--ratios", metavar="NAMES", help=f"of {known}, by the reference's if one is named")
     add("--reference", metavar="PLANNER", help="of the same run, as in fmm")
     add(
         "--tolerance",

@@ -25,8 +25,7 @@ TESTS = {
 
 FLIPS = 2.5e-4
 """The share of outcomes that may change although the same paths come again: bad luck with time
-that margins for slower machines do not cover. Reruns of unchanged planners had none in some
-thousands."""
+that margins for slower machines do not cover."""
 
 _SLOWER = 10
 """How many times slower than the baseline's a machine may always be without a word: a problem that

@@ -96,6 +96,14 @@ def test_rows_beside_the_papers_by_hand() -> None:
     assert math.isnan(b["length_mean"])
 
 
+@pytest.mark.parametrize("status", ["UNSUPPORTED", "SKIPPED"])
+def test_what_was_not_attempted_has_no_verdict(status: str) -> None:
+    rows = [row("a", i, status, error="no weights") for i in range(20)]
+    [told] = rows_beside(recorded(rows), FIGURES)
+    assert (told["verdict"], told["reason"]) == ("not comparable", "not attempted: no weights")
+    assert math.isnan(told["success_rate"])
+
+
 def test_what_the_paper_shows_is_all_there() -> None:
     """Its main table, eight scenes, Gibson, arms, training, dimensions, and its figures."""
     names = [one.name for one in EXPERIMENTS]
