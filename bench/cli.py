@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import logging
 import os
 import re
 import sys
@@ -15,9 +14,10 @@ from typing import NoReturn
 
 import psutil
 
+from bench import terminal
 from bench.arguments import COMMANDS
 from envs import InputError
-from envs.errors import suggestion
+from envs.errors import is_text, suggestion
 from planners import files as planner_files
 
 BAD_INPUT, INTERRUPTED = 2, 130
@@ -28,7 +28,7 @@ _NOT_WRITTEN = (EPIPE, ENOSPC, EDQUOT, EFBIG, EROFS, EIO)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and gives the exit code."""
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr, force=True)
+    terminal.prepare()
     try:
         chosen = _parse(arguments)
         chosen.started_s = _since_process_start() if arguments is None else 0.0
@@ -36,16 +36,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code: int = chosen.command(chosen)
         print(end="", flush=True)  # what cannot be written shall fail here
     except InputError as error:
-        print(f"bench: error: {error}", file=sys.stderr)
+        terminal.note(f"bench: error: {error}")
         return BAD_INPUT
     except KeyboardInterrupt:
-        print("bench: interrupted; what was finished is kept", file=sys.stderr)
+        terminal.note("bench: interrupted; what was finished is kept")
         return INTERRUPTED
     except OSError as error:
         if error.errno not in _NOT_WRITTEN:
             raise
         _let_go_of_output()
-        print(f"bench: error: cannot write: {error}; stored results are kept", file=sys.stderr)
+        terminal.note(f"bench: error: cannot write: {error}; stored results are kept")
         return BAD_INPUT
     return code
 
@@ -62,7 +62,11 @@ def _since_process_start() -> float:
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     """The arguments, with a suggestion for what is not among them."""
-    chosen, unknown = _parser().parse_known_args(arguments)
+    given = sys.argv[1:] if arguments is None else arguments
+    for argument in given:
+        if not is_text(argument):
+            raise InputError(f"{argument!r} holds bytes that are not UTF-8; rename that file")
+    chosen, unknown = _parser().parse_known_args(given)
     if unknown:
         options = re.findall(r"--[a-z-]+", chosen.parser.format_help())
         raise InputError(f"unknown argument {unknown[0]!r}; {suggestion(unknown[0], set(options))}")

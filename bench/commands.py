@@ -6,7 +6,6 @@ import argparse
 import dataclasses
 import json
 import signal
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,9 @@ from bench import replay as replaying
 from bench.report import comparison, files, markdown, summary
 from bench.report.recorded import RecordedRun
 from bench.suite import check_range, make_suite, on_device
+from bench.terminal import note, tell
 from envs import InputError
+from envs.errors import printable
 from envs.registry import Registry
 from envs.scenes.arm_world import ArmWorld
 
@@ -42,8 +43,8 @@ def run(chosen: argparse.Namespace) -> int:
     folder: Path = chosen.out or Path("results/runs") / suite.arenas[0].entry.spec.id
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     recorded = measuring.measured(suite, folder, force=chosen.force, started_s=chosen.started_s)
-    print(markdown.text(recorded))
-    print(f"{folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}", file=sys.stderr)
+    tell(markdown.text(recorded))
+    note(f"{folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}")
     return DONE if summary.attempted(recorded.records) else NOTHING_MEASURED
 
 
@@ -58,7 +59,7 @@ def train(chosen: argparse.Namespace) -> int:
         device=chosen.device,
         out=chosen.out,
     )
-    print(file)
+    tell(str(file))
     return DONE
 
 
@@ -70,7 +71,7 @@ def report(chosen: argparse.Namespace) -> int:
         runs = [RecordedRun.joined(runs)]
     for run in (dataclasses.replace(run, spread=chosen.spread) for run in runs):
         files.write(run, chosen.out or run.folders[0], formats)
-        print(markdown.text(run))
+        tell(markdown.text(run))
     return DONE
 
 
@@ -83,7 +84,7 @@ def compare(chosen: argparse.Namespace) -> int:
     table = comparison.compare(pairing.pairs)
     if chosen.out is not None:
         comparison.write_csv(table, chosen.out)
-    print(comparison.text(a, b, table, pairing.left_out))
+    tell(comparison.text(a, b, table, pairing.left_out))
     return DONE
 
 
@@ -112,7 +113,7 @@ def check(chosen: argparse.Namespace) -> int:
 def _update(now: gate.Baseline, file: Path, out: Path | None) -> int:
     """`bench check --update`."""
     if not now.rows:
-        print("nothing was measured; no baseline is written", file=sys.stderr)
+        note("nothing was measured; no baseline is written")
         return NOTHING_MEASURED
     before = gate.read(file) if file.exists() else None
     gate.write(now, file)
@@ -123,7 +124,7 @@ def _update(now: gate.Baseline, file: Path, out: Path | None) -> int:
 def _tell(text: str, out: Path | None) -> None:
     if out is not None:
         gate.write_text(text, out)
-    print(text)
+    tell(text)
 
 
 def show(chosen: argparse.Namespace) -> int:
@@ -136,9 +137,7 @@ def show(chosen: argparse.Namespace) -> int:
     shown = None
     if chosen.paths is not None:
         records = RecordedRun.read(chosen.paths).records
-        if chosen.planners != "all":
-            wanted = [entry.id for entry in planners.REGISTRY.entries(chosen.planners)]
-            records = records[records["planner"].isin(wanted)]
+        records = scene.of_planners(records, chosen.planners, chosen.paths)
         shown = scene.paths_of_problem(records, world.fingerprint, chosen.problem)
     if isinstance(world, ArmWorld):
         arm_scene.draw(world, env.id, shown, chosen.out)
@@ -164,7 +163,7 @@ def field(chosen: argparse.Namespace) -> int:
         reference = fields.field_of(fmm, "fmm", where)
     table = fields.errors(found, reference, where)
     fields.draw([fields.Strip(env.id, where, found, table)], chosen.out)
-    print(table.to_markdown(index=False, floatfmt=".4f"))
+    tell(table.to_markdown(index=False, floatfmt=".4f"))
     return DONE
 
 
@@ -180,7 +179,7 @@ def paper(chosen: argparse.Namespace) -> int:
     out = chosen.out or Path("results/runs") / ("paper-quick" if chosen.quick else "paper")
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     outcome = program.carry_out(wanted, experiments, Place(folder, out, chosen.quick))
-    print(outcome.text)
+    tell(outcome.text)
     if outcome.failed:
         left = ", ".join(outcome.failed)
         raise InputError(f"could not be carried out, see {out / 'paper.md'}: {left}")
@@ -194,7 +193,7 @@ def test_planner(chosen: argparse.Namespace) -> int:
     with conformance.named(chosen.planner) as planner:
         evidence = conformance.gathered(env, planner, chosen.time_limit)
     found = conformance.findings(evidence)
-    print("\n".join(finding.text for finding in found))
+    tell("\n".join(finding.text for finding in found))
     if evidence.unsupported:
         raise InputError(
             f"{planner.id} does not plan in {env.id}, so little was checked; choose another --env: "
@@ -206,7 +205,7 @@ def test_planner(chosen: argparse.Namespace) -> int:
 def replay(chosen: argparse.Namespace) -> int:
     """`bench replay`."""
     found = replaying.replay(chosen.dir, chosen.planner, chosen.problem, chosen.env)
-    print(found.text)
+    tell(found.text)
     return DIFFERENT if found.difference else DONE
 
 
@@ -231,10 +230,10 @@ def list_(chosen: argparse.Namespace) -> int:
         for what, registry in wanted.items()
     }
     if chosen.json:
-        print(json.dumps(listed, indent=2))
+        tell(json.dumps(listed, indent=2))
         return DONE
     for what, specs in listed.items():
-        print(f"{what}:")
+        tell(f"{what}:")
         for spec in specs:
-            print(f"  {spec['id']:<20} {spec['description']}")
+            tell(f"  {spec['id']:<20} {printable(str(spec['description']))}")
     return DONE

@@ -105,8 +105,8 @@ class WorkerProcess:
                 start_new_session=True,  # a Ctrl-C is the harness's to handle
             )
         self._described = {
-            "env": _describe(env),
-            "planner": _describe(planner),
+            "env": env.description,
+            "planner": planner.description,
             "fingerprint": fingerprint,
         }
 
@@ -236,11 +236,3 @@ class WorkerProcess:
         size = self._log.seek(0, os.SEEK_END)
         self._log.seek(max(0, size - 2000))
         return self._log.read().decode(errors="replace")
-
-
-def _describe(entry: Entry[Any]) -> wire.Message:
-    return {
-        "id": entry.spec.id,
-        "entry_point": entry.spec.entry_point,
-        "arguments": {**entry.spec.arguments, **entry.arguments},
-    }

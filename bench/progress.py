@@ -12,6 +12,7 @@ from tqdm import tqdm
 
 import planners.learned
 from bench.record import Record, Verdict
+from envs.errors import printable
 
 logger = logging.getLogger(__name__)
 _INTERVAL_S = 10.0
@@ -35,7 +36,7 @@ class Progress:
 
     def add(self, record: Record) -> None:
         """Counts one attempt."""
-        name = f"{record.env} {record.planner}"
+        name = printable(f"{record.env} {record.planner}")
         self._done[name] += 1
         self._solved[name] += record.outcome == Verdict.VALID.value
         told = f"{name}: {self._done[name]} done, {self._solved[name]} solved"
@@ -58,7 +59,7 @@ class TrainingProgress:
     """
 
     def __init__(self, name: str) -> None:
-        self._name = name
+        self._name = printable(name)
         self._stage = ""
         self._bar: tqdm[NoReturn] | None = None
         self._on_terminal = sys.stderr.isatty()

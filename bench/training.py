@@ -97,7 +97,7 @@ def unready(env: Entry[Environment], planner: Entry[Planner], *, may_train: bool
     if not _lacks_weights(made, world):
         return None
     if not may_train:
-        how = f"bench train --env {env.id} --planner {planner.spec.id}"
+        how = shlex.join(["bench", "train", "--env", env.id, "--planner", planner.spec.id])
         reason = f"no weights for {env.id}, and --no-train was given; `{how}` makes some"
         return SetUp(Fault.SKIPPED.value, reason, 0.0)
     begin = monotonic()

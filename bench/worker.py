@@ -20,7 +20,8 @@ import numpy as np
 
 from bench import wire
 from bench.record import Fault
-from envs import Environment, Problem, Spec
+from envs import Environment, Problem
+from envs.registry import Entry
 from planners import Budget, Planner, Status
 
 
@@ -56,10 +57,10 @@ def _limit_memory(megabytes: int) -> None:
 def _set_up(request: wire.Message) -> tuple[Planner | None, wire.Message]:
     """The planner, ready to solve, or None with the fault in the answer."""
     try:
-        env: Environment = _make(request["env"])
+        env: Environment = Entry.described(request["env"]).make()
         if env.fingerprint != request["fingerprint"]:
             raise RuntimeError("the environment is not the same in every process")
-        planner: Planner = _make(request["planner"])
+        planner: Planner = Entry.described(request["planner"]).make()
         reason = planner.unsupported(env)
         if reason is not None:
             return None, {"status": Fault.UNSUPPORTED.value, "error": reason, "setup_s": 0.0}
@@ -77,11 +78,6 @@ def _set_up(request: wire.Message) -> tuple[Planner | None, wire.Message]:
         "setup_s": setup_s,
         "train_s": float(planner.train_s),
     }
-
-
-def _make(described: wire.Message) -> Any:
-    spec = Spec(described["id"], described["entry_point"], "")
-    return spec.load()(**described["arguments"])
 
 
 def _attempt(planner: Planner, request: wire.Message) -> tuple[wire.Message, np.ndarray | None]:

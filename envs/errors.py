@@ -23,15 +23,22 @@ class InputError(ValueError):
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__(_printable(message))
+        if len(message) > _MOST:
+            message = f"{message[: _MOST // 2]} [...] {message[-_MOST // 2 :]}"
+        super().__init__(printable(message))
 
 
-def _printable(text: str) -> str:
-    if len(text) > _MOST:
-        text = f"{text[: _MOST // 2]} [...] {text[-_MOST // 2 :]}"
+def printable(text: str) -> str:
+    """`text` in one line, what does not print in it written as in Python's literals."""
     return "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
     )
+
+
+def is_text(name: str) -> bool:
+    """Whether a name is text throughout, as tables and stores want it: Python has bytes in names
+    of files that are not UTF-8 as halves of pairs of surrogates."""
+    return not any("\ud800" <= c <= "\udfff" for c in name)
 
 
 class UnknownNameError(InputError):

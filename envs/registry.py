@@ -15,9 +15,16 @@ from dataclasses import dataclass, field, replace
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
 
-from envs.arguments import parsed_arguments, split_entries, typed_arguments
+from envs.arguments import (
+    argument_text,
+    comma_hint,
+    parsed_arguments,
+    split_entries,
+    typed_arguments,
+)
 from envs.errors import InputError, UnknownNameError, reason
 from envs.loading import load_class
+from envs.text_values import text_of
 
 logger = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -72,7 +79,28 @@ class Entry(Generic[T]):
         """The canonical id: with the arguments that differ from their defaults, sorted."""
         if not self.arguments:
             return self.spec.id
-        return f"{self.spec.id}:" + ",".join(f"{k}={v}" for k, v in sorted(self.arguments.items()))
+        return f"{self.spec.id}:{argument_text(self.arguments)}"
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """JSON data of which `described` makes the same entry, in whatever process."""
+        return {
+            "id": self.spec.id,
+            "entry_point": self.spec.entry_point,
+            "fixed": dict(self.spec.arguments),
+            "chosen": {key: text_of(value) for key, value in self.arguments.items()},
+        }
+
+    @staticmethod
+    def described(description: Mapping[str, Any]) -> Entry[Any]:
+        """The entry that a `description` is of.
+
+        Raises:
+            InputError: its class cannot be imported, or is not what it was.
+        """
+        id, fixed = description["id"], description["fixed"]
+        spec = Spec(id, description["entry_point"], "", fixed)
+        return Entry(spec, typed_arguments(id, spec.load(), fixed, description["chosen"]))
 
     def make(self) -> T:
         """A new instance.
@@ -166,11 +194,17 @@ class Registry(Generic[T]):
         found: dict[str, Entry[T]] = {}
         for part in split_entries(text):
             members = [] if part in self._names() else self.group(part)
-            chosen = self._wanted(members, wanted) if members else [self.entry(part)]
+            chosen = self._wanted(members, wanted) if members else [self._part(part, text)]
             found.update((entry.id, entry) for entry in chosen)
         if not found:
             raise InputError(f"no {self.kind} named; choose from: {', '.join(self._names())}")
         return list(found.values())
+
+    def _part(self, part: str, text: str) -> Entry[T]:
+        try:
+            return self.entry(part)
+        except UnknownNameError as error:
+            raise InputError(f"{error}{comma_hint(text, part)}") from error
 
     def _wanted(
         self, members: Iterable[Spec], wanted: Callable[[Entry[T]], bool]
@@ -225,6 +259,20 @@ class Registry(Generic[T]):
             return self.entry(text).id
         except UnknownNameError:
             return text
+
+    def ids_among(self, text: str, known: Collection[str]) -> list[str]:
+        """The ids that a comma-separated text names, each as in `id_among`; of a group, those of
+        its members that are known, and of "all" all that are.
+
+        Raises:
+            InputError: arguments do not fit.
+        """
+        found: dict[str, None] = {}
+        for part in split_entries(text):
+            members = () if part in self._names() else {spec.id for spec in self.group(part)}
+            ids = [id for id in known if part == "all" or id in members]
+            found.update(dict.fromkeys(ids or [self.id_among(part, known)]))
+        return list(found)
 
     def _entry(self, spec: Spec, chosen: Mapping[str, str]) -> Entry[T]:
         self._check_class(spec)

@@ -71,6 +71,7 @@ def add_train(subparsers: Any) -> None:
     add("--seed", type=int, default=0, metavar="S", help="(default: 0)")
     add("--device", default="cpu", help="of PyTorch, cpu or cuda (default: cpu)")
     add("--out", type=Path, metavar="FILE", help="of the weights (default: the user's cache)")
+    add_planner_file(parser)
 
 
 def add_paper(subparsers: Any) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bench import commands, gate
-from bench.arguments.common import command
+from bench.arguments.common import add_planner_file, command
 from bench.report import files
 from envs.errors import suggestion
 
@@ -57,6 +57,7 @@ def add_compare(subparsers: Any) -> None:
         help="P of A against Q of B; or one name, in both (default: all that are in both)",
     )
     parser.add_argument("--out", type=Path, metavar="FILE.csv", help="the table, unrounded")
+    add_planner_file(parser)
 
 
 def add_check(subparsers: Any) -> None:
@@ -91,6 +92,7 @@ def add_check(subparsers: Any) -> None:
         help="by how much ratios may get worse (default: 0.1)",
     )
     add("--out", type=Path, metavar="FILE.md", help="what is printed, as a file too")
+    add_planner_file(parser)
 
 
 def add_show(subparsers: Any) -> None:
@@ -107,6 +109,7 @@ def add_show(subparsers: Any) -> None:
     parser.add_argument("--planners", default="all", help="whose paths (default: all there are)")
     parser.add_argument("--problem", type=int, metavar="I", help="(default: the longest path's)")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE.png")
+    add_planner_file(parser)
 
 
 def add_field(subparsers: Any) -> None:
@@ -131,6 +134,7 @@ def add_field(subparsers: Any) -> None:
     add("--device", default="cpu", help="of learned planners, cpu or cuda (default: cpu)")
     add("--no-train", action="store_true", help="refuse learned planners that have no weights")
     add("--out", type=Path, required=True, metavar="FILE.png")
+    add_planner_file(parser)
 
 
 def _spread(text: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -120,12 +121,8 @@ class Evidence:
 
 def probed(planner: Entry[Planner]) -> Entry[Planner]:
     """The planner with a probe about it."""
-    described = {
-        "id": planner.id,
-        "entry_point": planner.spec.entry_point,
-        "arguments": {**planner.spec.arguments, **planner.arguments},
-    }
-    return Entry(Spec(planner.id, "bench.conformance.probe:Probe", ""), described)
+    described = {"described": planner.description}
+    return Entry(Spec(planner.id, "bench.conformance.probe:Probe", "", described), {})
 
 
 def _worker(env: Entry[Environment], planner: Entry[Planner], fingerprint: str) -> Process:
@@ -171,7 +168,7 @@ def gathered(
 def _check_trained(env: Entry[Environment], planner: Entry[Planner]) -> None:
     unready = training.unready(env, planner, may_train=False)
     if unready is not None:
-        how = f"bench train --env {env.id} --planner {planner.id}"
+        how = shlex.join(["bench", "train", "--env", env.id, "--planner", planner.id])
         raise InputError(f"{planner.id} has no weights for {env.id}; `{how}` makes some")
 
 

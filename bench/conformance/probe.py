@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 import psutil
 
-from envs import Environment, Path, Problem, Spec
+from envs import Environment, Path, Problem
 from envs.errors import reason
 from envs.problem import Array
+from envs.registry import Entry
 from planners import Budget, Planner, PlannerResult, Status
 
 PROBED = "probe"
@@ -29,13 +30,13 @@ class Probe(Planner):
     """Passes everything on to a planner, and notes what it does.
 
     Args:
-        id, entry_point, arguments: of the planner; see `envs.Spec`.
+        described: the planner; see `Entry.description`.
     """
 
-    def __init__(self, id: str, entry_point: str, arguments: Mapping[str, Any]) -> None:
+    def __init__(self, described: Mapping[str, Any]) -> None:
         self._threads = _threads()
         self._variables = _thread_variables()
-        self._planner: Planner = Spec(id, entry_point, "").load()(**arguments)
+        self._planner: Planner = Entry.described(described).make()
         self._support = ""
 
     def unsupported(self, env: Environment) -> str | None:

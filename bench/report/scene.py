@@ -14,9 +14,13 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
+import planners
 from bench.record import Verdict, decode_path
+from bench.report.interior import faced, interior
 from envs import Environment, InputError
+from envs.collision.fcl_model import Allowed
 from envs.collision.surface import triangulated
+from envs.errors import suggestion
 from envs.problem import Array
 
 COLOURS = {
@@ -37,7 +41,6 @@ _OTHER_COLOURS = (
 
 _DPI = 150
 _GREY = (0.62, 0.63, 0.68)
-_FREE_SIDE = 1e-2  # how far from a face its free side is looked for, in workspace units
 _ABOVE_PATHS = 1.0  # where a building is cut off, in workspace units
 
 
@@ -66,6 +69,22 @@ class Shown:
     problem: int
     paths: Mapping[str, Array]
     refused: frozenset[str]
+
+
+def of_planners(records: pd.DataFrame, text: str, folder: Path) -> pd.DataFrame:
+    """The records of the planners that "P,Q" names, or "all"; those of files and plug-ins that are
+    not known here go by their ids in the run.
+
+    Raises:
+        InputError: one of them is not in the run, which is in `folder`.
+    """
+    known = list(dict.fromkeys(records["planner"]))
+    wanted = planners.REGISTRY.ids_among(text, known)
+    for id in wanted:
+        if known and id not in known:
+            raise InputError(f"{folder} holds no path of {id!r}; {suggestion(id, known)}")
+    chosen: pd.DataFrame = records[records["planner"].isin(wanted)]
+    return chosen
 
 
 def paths_of_problem(records: pd.DataFrame, fingerprint: str, problem: int | None) -> Shown:
@@ -118,11 +137,12 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
     with mpl.rc_context({"font.size": 9}):
         figure = Figure(figsize=(7, 6), layout="constrained")
         axes = figure.add_subplot(projection="3d")
-        view = _CUT_OPEN if _is_interior(env) else _FROM_ASIDE
+        within = interior(env)
+        view = _FROM_ASIDE if within is None else _CUT_OPEN
         for obstacle in env.obstacles:
             faces = np.asarray(triangulated(obstacle).triangles)
-            if view is _CUT_OPEN:
-                faces = faces[_seen_when_cut_open(env, faces, shown)]
+            if within is not None:
+                faces = faces[_seen_when_cut_open(within, faces, shown)]
             solid = Poly3DCollection(
                 faces, facecolors=[_GREY] * len(faces), alpha=view.opacity, shade=True, linewidths=0
             )
@@ -140,25 +160,15 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
         save(figure, file)
 
 
-def _is_interior(env: Environment) -> bool:
-    """Whether obstacles enclose free space, so that nothing of it is seen from outside."""
-    corner = np.asarray(env.upper)[None] + 1.0
-    return env.allowed is not None and not env.allowed(corner)[0]
-
-
-def _seen_when_cut_open(env: Environment, faces: Array, shown: Shown | None) -> NDArray[np.int64]:
+def _seen_when_cut_open(within: Allowed, faces: Array, shown: Shown | None) -> NDArray[np.int64]:
     """Which of the faces (n, 3, 3) of a building are seen with its ceilings and near walls taken
     off: indices of those whose free side faces the eye, up to a little above the paths."""
-    assert env.allowed is not None
-    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    middles = faces.mean(axis=1)
-    sides = [env.allowed(middles + side * _FREE_SIDE * normals) for side in (1, -1)]
+    normals, before, behind = faced(within, faces)
     toward = normals @ _CUT_OPEN.toward_eye()
-    seen = (sides[0] & (toward > 0)) | (sides[1] & (toward < 0))
+    seen = (before & (toward > 0)) | (behind & (toward < 0))
     if shown is not None:
         highest = max(float(path[:, 2].max()) for path in shown.paths.values())
-        seen &= middles[:, 2] < highest + _ABOVE_PATHS
+        seen &= faces.mean(axis=1)[:, 2] < highest + _ABOVE_PATHS
     return np.flatnonzero(seen)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere
 from envs.errors import InputError, suggestion
 from envs.named_file import within
+from envs.notices import tell_once
 from envs.presence import is_there
 from envs.problem import Array
 from envs.robots.arm import Part
@@ -26,9 +27,10 @@ def read_urdf(file: Path) -> tuple[Chain, tuple[Part, ...]]:
     """Reads the kinematics and the collision geometry of a serial arm.
 
     Joints may be revolute, continuous, prismatic or fixed. Links that are fixed to others may
-    branch off, such as a tool's frame or a camera; joints that move follow one upon another. A
-    continuous joint is limited to -pi..pi and does not wrap around. A limit that is left out
-    beside another is 0, as URDF has it.
+    branch off, such as a tool's frame or a camera; joints that move follow one upon another, and
+    none mimics another. A continuous joint is limited to -pi..pi and does not wrap around. A limit
+    that is left out beside another is 0, as URDF has it; soft limits are not used, and a line is
+    logged that says so.
 
     Visual geometry is ignored. Meshes may be open: they are surfaces. Their files are sought from
     the URDF's folder; those named package://NAME/REST or file://REST from each folder above it
@@ -49,6 +51,7 @@ def read_urdf(file: Path) -> tuple[Chain, tuple[Part, ...]]:
         robot = parsed(file)
         chain = _chain(robot)
         parts = _parts(robot, chain, file.parent)
+        _tell_of_soft_limits(robot, file)
     except InputError as error:
         raise InputError(f"{file}: {error}") from error
     return chain, parts
@@ -61,27 +64,73 @@ def _chain(robot: Any) -> Chain:
     for joint in robot.joints:
         leaving.setdefault(joint.parent, []).append(joint)
     links: list[Link] = []
-    moving: dict[int, Joint] = {}  # by the body before each
+    moving: list[tuple[int, Any, Array]] = []  # the body before, the joint, its place there
     todo = [(base, 0, np.eye(4))]
     while todo:
         name, body, offset = todo.pop()
         links.append(Link(name, body, offset, parents.get(name, "")))
-        for joint in reversed(leaving.get(name, [])):
+        carried = []
+        for joint in leaving.get(name, []):
             at = offset @ _pose(joint.origin)
             if joint.type == "fixed":
-                todo.append((joint.child, body, at))
+                carried.append((joint.child, body, at))
                 continue
-            if body in moving:
-                raise InputError(
-                    f"joints {joint.name!r} and {moving[body].name!r} both branch off the same "
-                    "body; only serial arms are read: make one of them fixed or remove it"
-                )
-            moving[body] = _joint(joint, at)
-            todo.append((joint.child, body + 1, np.eye(4)))
+            moving.append((body, joint, at))
+            carried.append((joint.child, len(moving), np.eye(4)))
+        todo.extend(reversed(carried))
     _refuse_cycle(robot, links)
     if not moving:
         raise InputError("none of its joints moves; an arm needs at least one that does")
-    return Chain(tuple(moving[body] for body in range(len(moving))), tuple(links))
+    _check_serial([(body, joint) for body, joint, _ in moving])
+    return Chain(tuple(_joint(joint, at) for _, joint, at in moving), tuple(links))
+
+
+def _check_serial(moving: Sequence[tuple[int, Any]]) -> None:
+    """Refuses joints that branch or mimic others, all of them in one message.
+
+    Args:
+        moving: joints that move, each with the number of the body before it; the first carries
+            body 1, and so on.
+    """
+    after: dict[int, list[int]] = {}
+    for number, (body, _) in enumerate(moving, start=1):
+        after.setdefault(body, []).append(number)
+
+    def beyond(number: int) -> list[int]:
+        found = {number}
+        for n, (body, _) in enumerate(moving, start=1):
+            found |= {n} if body in found else set()
+        return sorted(found - {number})
+
+    def told(number: int) -> str:
+        rest = [moving[n - 1][1].name for n in beyond(number)]
+        if not rest:
+            return _named(moving[number - 1][1])
+        few = len(rest) <= _MOST_NAMED
+        named = ", ".join(map(repr, rest)) if few else f"{len(rest)} joints"
+        return f"{_named(moving[number - 1][1])} with {named} beyond it"
+
+    branches = [", and ".join(map(told, them)) for them in after.values() if len(them) > 1]
+    if branches:
+        raise InputError(
+            f"joints {'; and '.join(branches)} branch off the same body; only serial arms are "
+            'read: give all but one of them, with what is beyond, type="fixed", or all of them '
+            "(the fingers of a gripper then stand still where they are at 0)"
+        )
+    mimics = [_named(joint) for _, joint in moving if joint.mimic is not None]
+    if mimics:
+        raise InputError(
+            f'joint {" and joint ".join(mimics)}, which is not supported: give it type="fixed" '
+            "to stand still where it is at 0, or remove its <mimic> to move by itself"
+        )
+
+
+def _named(joint: Any) -> str:
+    return repr(joint.name) + (f" (mimics {joint.mimic.joint!r})" if joint.mimic else "")
+
+
+_MOST_NAMED = 3
+"""Joints beyond another that are named; of more, their number."""
 
 
 def _base(robot: Any) -> str:
@@ -123,10 +172,6 @@ def _check_type(joint: Any) -> None:
     if joint.type not in _TYPES:
         said = f"is of type {joint.type!r}, which is not supported" if joint.type else "has no type"
         raise InputError(f"joint {joint.name!r} {said}; choose from: {', '.join(_TYPES)}")
-    if joint.mimic is not None:
-        raise InputError(
-            f"joint {joint.name!r} mimics another, which is not supported; make it fixed"
-        )
 
 
 def _refuse_cycle(robot: Any, reached: Iterable[Link]) -> None:
@@ -157,6 +202,24 @@ def _limits(joint: Any) -> tuple[float, float]:
             "a joint that does not move is of type fixed"
         )
     return lower, upper
+
+
+def _tell_of_soft_limits(robot: Any, file: Path) -> None:
+    """Says which joints a safety controller would hold back. MoveIt narrows their limits so, while
+    Pinocchio and others do not, and some problems of MotionBenchMaker are beyond them."""
+    held = [joint.name for joint in robot.joints if _is_held_back(joint)]
+    if held:
+        named = ", ".join(map(repr, held))
+        tell_once(f"{file}: <safety_controller>'s soft limits are not used, only <limit>: {named}")
+
+
+def _is_held_back(joint: Any) -> bool:
+    soft = joint.safety_controller
+    if soft is None:
+        return False
+    ends = soft.soft_lower_limit, soft.soft_upper_limit
+    lower, upper = _limits(joint)
+    return ends != (None, None) and ((ends[0] or 0.0) > lower or (ends[1] or 0.0) < upper)
 
 
 def _parts(robot: Any, chain: Chain, folder: Path) -> tuple[Part, ...]:

@@ -6,12 +6,33 @@ import io
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 import yourdfpy
 
 from envs.collision.shapes import LARGEST
 from envs.errors import InputError, reason
 from envs.presence import is_there
+
+SHAPES = ("box", "cylinder", "sphere", "mesh")
+"""Elements of solids that are read."""
+
+_REMEDIES = {"capsule": "a cylinder and a sphere about each of its ends"}
+"""What can be written for shapes that are not read."""
+
+_READ = {
+    "robot": ("link", "joint"),
+    "link": ("collision",),
+    "collision": ("origin", "geometry"),
+    "joint": ("parent", "child", "origin", "axis", "limit", "mimic", "safety_controller"),
+}
+"""Elements that are read, by the one that they are in; of a geometry, all."""
+
+_READ_OF_JOINT = {
+    "fixed": ("parent", "child", "origin"),
+    "continuous": ("parent", "child", "origin", "axis", "mimic"),
+}
+"""Those of joints of some types: what was left in one when it was made fixed, say, is idle."""
 
 _NEEDED = {
     "parent": ("link",),
@@ -32,6 +53,8 @@ _NUMBERS = {
     "length": (1,),
     "lower": (1,),
     "upper": (1,),
+    "soft_lower_limit": (1,),
+    "soft_upper_limit": (1,),
 }
 """Attributes that hold numbers, and how many."""
 
@@ -47,6 +70,9 @@ _STUMBLES = (AttributeError, TypeError, ValueError, LookupError, SyntaxError, Re
 def parsed(file: Path) -> Any:
     """The `yourdfpy.Robot` of a URDF file, of which every element that is used is complete.
 
+    What is not read (see `_READ`) may be whatever it is. Namespaces are none of URDF's, so a prefix
+    is part of a name, declared or not, as other readers of URDF have it.
+
     Raises:
         InputError: there is no such file, or it is not well-formed XML, or an element lacks what
             it must have or holds something else than finite numbers of at most `LARGEST`. Does not
@@ -58,20 +84,42 @@ def parsed(file: Path) -> Any:
     if size > _MOST_BYTES:
         raise InputError(f"has {size} bytes; URDFs of at most {_MOST_BYTES} are read")
     try:
-        root = ElementTree.parse(file, ElementTree.XMLParser(target=_ShallowTree())).getroot()
+        root = _tree(file.read_bytes())
     except InputError:
         raise
-    except ElementTree.ParseError as error:
+    except expat.ExpatError as error:
         raise InputError(f"not well-formed XML ({error}); mend it there") from error
     except (OSError, ValueError, LookupError) as error:  # the last two: encodings
         raise InputError(f"cannot be read: {error}") from error
-    _check_elements(root)
+    _check_root(root)
+    read = _as_read(root)
+    _check_elements(read)
     try:
         # Not the file, which yourdfpy's own parser may read otherwise, or log that it cannot.
-        read = io.BytesIO(ElementTree.tostring(root))
-        return yourdfpy.URDF.load(read, build_scene_graph=False, load_meshes=False).robot
+        text = io.BytesIO(ElementTree.tostring(read))
+        return yourdfpy.URDF.load(text, build_scene_graph=False, load_meshes=False).robot
     except _STUMBLES as error:
         raise InputError(f"not valid URDF, mend it ({reason(error)})") from error
+
+
+def _tree(content: bytes) -> ElementTree.Element:
+    """The elements of an XML document, without their texts, of which URDF has none."""
+    builder = _ShallowTree()
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    parser.SkippedEntityHandler = _refuse_undefined
+    parser.ExternalEntityRefHandler = _refuse_external
+    parser.Parse(content, True)
+    return builder.close()
+
+
+def _refuse_undefined(name: str, _of_parameters: bool) -> None:
+    raise InputError(f"not well-formed XML (undefined entity &{name};); mend it there")
+
+
+def _refuse_external(_context: str, _base: str | None, place: str | None, _id: str | None) -> int:
+    raise InputError(f"wants what is elsewhere, {place}; put what is needed into it")
 
 
 class _ShallowTree(ElementTree.TreeBuilder):
@@ -90,14 +138,36 @@ class _ShallowTree(ElementTree.TreeBuilder):
         return super().end(tag)
 
 
-def _check_elements(root: ElementTree.Element) -> None:
-    """What yourdfpy would stumble over, or read as something else than what was meant."""
-    if any("xacro" in element.tag for element in root.iter()):
+def _check_root(root: ElementTree.Element) -> None:
+    declared = (key for key, uri in root.items() if "xacro" in uri and key.startswith("xmlns:"))
+    prefixes = ("xacro:", *(f"{key.removeprefix('xmlns:')}:" for key in declared))
+    if any(element.tag.startswith(prefixes) for element in root.iter()):
         raise InputError("has xacro macros in it; expand them first: xacro IN > OUT.urdf")
     if root.tag != "robot":
         raise InputError(f"has no <robot> but <{root.tag}> at its top; is it a URDF?")
     if not root.get("name"):
         raise InputError("its <robot> has no name; give it one")
+
+
+def _as_read(element: ElementTree.Element) -> ElementTree.Element:
+    """A copy without what is not read."""
+    of_urdf = {key: value for key, value in element.items() if not _has_prefix(key)}
+    copy = ElementTree.Element(element.tag, of_urdf)
+    wanted = _READ.get(element.tag, ())
+    if element.tag == "joint":
+        wanted = _READ_OF_JOINT.get(element.get("type", ""), wanted)
+    for child in element:
+        if child.tag in wanted or element.tag == "geometry":
+            copy.append(_as_read(child))
+    return copy
+
+
+def _has_prefix(name: str) -> bool:
+    return ":" in name or name == "xmlns"
+
+
+def _check_elements(root: ElementTree.Element) -> None:
+    """What yourdfpy would stumble over, or read as something else than what was meant."""
     for tag in ("link", "joint"):
         for part in root.findall(tag):
             if not part.get("name"):
@@ -113,17 +183,33 @@ def _check_part(part: ElementTree.Element) -> None:
     for tag in needed:
         if part.find(tag) is None:
             raise InputError(f"has no <{tag}>; say which link that is")
-    for solid in part.findall("collision") + part.findall("visual"):
+    for solid in part.findall("collision"):
         shapes = solid.find("geometry")
         if shapes is None or len(shapes) != 1:
-            raise InputError(f"its <{solid.tag}> needs one <geometry> with one shape in it")
+            raise InputError("its <collision> needs one <geometry> with one shape in it")
+        _check_shape(shapes[0].tag)
     for element in part.iter():
+        if element.tag == "origin":
+            _check_origin(element)
         for key in _NEEDED.get(element.tag, ()):
             if not element.get(key):
                 raise InputError(f"its <{element.tag}> has no {key}; add it")
         for key, text in element.items():
             if key in _NUMBERS:
                 _check_numbers(key, text)
+
+
+def _check_shape(tag: str) -> None:
+    if tag not in SHAPES:
+        remedy = _REMEDIES.get(tag.rpartition(":")[2], "a mesh of it")
+        raise InputError(
+            f"a <{tag}> is not read, only {', '.join(SHAPES)}; put {remedy} in its place"
+        )
+
+
+def _check_origin(origin: ElementTree.Element) -> None:
+    for key in sorted(set(origin.attrib) - {"xyz", "rpy"}):
+        raise InputError(f"its <origin> has {key}, which is not read; turn it by rpy")
 
 
 def _check_numbers(key: str, text: str) -> None:

@@ -57,7 +57,10 @@ def read_mesh(file: str | Path) -> FileMesh:
     """
     path = Path(file)
     if path.suffix.lower() not in FORMATS:
-        raise InputError(f"{file}: meshes are read from {', '.join(FORMATS)} files")
+        raise InputError(
+            f"{file}: meshes are read from {', '.join(FORMATS)} files; convert it to .stl or .obj, "
+            "minding its unit and up axis"
+        )
     if not is_there(path.is_file):
         raise InputError(f"no such file: {file}")
     size = path.stat().st_size

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,13 +14,12 @@ from envs.collision.fcl_model import Allowed
 from envs.collision.mesh import lids, queries
 from envs.collision.shapes import Mesh
 from envs.errors import InputError, suggestion
+from envs.notices import tell_once
 from envs.problem import Array
 from envs.scenes import HALF_SIDE
 from envs.scenes.mesh_file import FileMesh, read_mesh
 from envs.scenes.point_world import PointWorld
 from envs.speed import SpeedModel
-
-logger = logging.getLogger(__name__)
 
 DEFAULT_RADIUS = 0.01
 """The robot's radius in the paper's units, if none is given: the paper's collision threshold."""
@@ -144,7 +142,7 @@ class MeshWorld(PointWorld):
         if lid is not None:
             said.append(f"holes closed with {len(lid.faces)} more")
         said.append(f"1 mesh unit is {self.transform.scale:.4g} world units")
-        _tell(", ".join(said))
+        tell_once(", ".join(said))
 
     @property
     def allowed(self) -> Allowed | None:
@@ -205,12 +203,6 @@ class MeshWorld(PointWorld):
             "transform": [self.transform.scale, self.transform.offset.tolist()],
             **self.point_definition(),
         }
-
-
-@cache
-def _tell(message: str) -> None:
-    """Says it once in a process, however often the same world is made."""
-    logger.info(message)
 
 
 def _default_kind(read: FileMesh) -> str:

@@ -7,12 +7,12 @@ from pathlib import Path
 from conftest import Cli, records_of
 from matplotlib.image import imread
 
-from envs.scenes import mesh_world
+from envs.notices import tell_once
 
 
 def test_a_house_is_called_generated_and_drawn_cut_open(bench: Cli, tmp_path: Path) -> None:
     run = tmp_path / "run"
-    mesh_world._tell.cache_clear()  # it is said once in a process, perhaps for an earlier test
+    tell_once.cache_clear()  # it is said once in a process, perhaps for an earlier test
     code, out, err = bench(
         *("run", "--env", "gibson:scene=1", "--planners", "rrtconnect,mpnet", "--problems", 2),
         *("--stop", "first", "--out", run),

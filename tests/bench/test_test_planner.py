@@ -14,7 +14,7 @@ from conftest import Cli, Refused
 
 import envs
 import planners
-from bench import conformance, process, worker
+from bench import conformance, worker
 from bench.conformance import Outcome, cage
 from bench.process import Attempt, SetUp
 from bench.record import Fault
@@ -33,8 +33,8 @@ class Here:
 
     def __init__(self, env: Entry[Environment], planner: Entry[Planner], fingerprint: str) -> None:
         self._request = {
-            "env": process._describe(env),
-            "planner": process._describe(planner),
+            "env": env.description,
+            "planner": planner.description,
             "fingerprint": fingerprint,
         }
         self.alive = True

@@ -51,6 +51,15 @@ def test_arguments_are_typed_by_the_constructor() -> None:
     assert made.values == ("f", 3, 0.01, True, "a.b/c")
 
 
+@pytest.mark.parametrize(
+    ("words", "value"),
+    [("true True TRUE 1 on On yes", True), ("false False 0 off OFF no", False)],
+)
+def test_flags_are_understood_in_the_words_that_people_use(words: str, value: bool) -> None:
+    made = [registry().make(f"thing:fast={word}").values[3] for word in words.split()]
+    assert made == [value] * len(made)
+
+
 def test_the_canonical_id_leaves_defaults_out_and_sorts() -> None:
     entry = registry().entry("th*:size=2,ratio=0.5,fast=1,name=x")
     assert entry.id == "thing:fast=True,size=2"
@@ -90,7 +99,7 @@ def test_canonical_ids_name_the_same_entry(size: int, ratio: float, fast: bool, 
         ("any2", "did you mean 'any'"),
         ("thing:size=3.5", "not of type int"),
         ("thing:ratio=nan", "not of type float"),
-        ("thing:fast=maybe", "not of type bool"),
+        ("thing:fast=maybe", "not of type bool; say true or false"),
         ("thing:size", "key=value"),
         ("thing:=3", "key=value"),
         ("thing:size=1,size=2", "given twice"),
@@ -120,6 +129,61 @@ def test_commas_separate_entries_and_arguments() -> None:
         "thing:name=q,size=2",
         "other",
     ]
+
+
+NAMES = (
+    *(
+        "my room, v2.obj",
+        "a=b, c=d.obj",
+        'it\'s "one", x',
+        "'q'",
+        '"',
+        "'",
+        ",",
+        " a ",
+        "a:b,c:d=1",
+    ),
+    *("C:\\rooms, old\\a.obj", "[1, 2]", "", "x\ny, z", "100 %, {x}", "ä, 部屋.obj"),
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_any_name_can_be_given_in_quotes(name: str) -> None:
+    for quote in "'\"":
+        text = f"name={quote}{name.replace(quote, 2 * quote)}{quote}"
+        entry = registry().entry(f"thing:size=2,{text}")
+        assert entry.make().values == ("f", 2, 0.5, False, name)
+        assert registry().entry(entry.id) == entry
+        ids = [e.id for e in registry().entries(f"other, thing:{text} ,size=2,other:{text}")]
+        assert ids == ["other", entry.id, entry.id.replace("thing", "other").replace(",size=2", "")]
+
+
+def test_names_without_commas_need_no_quotes() -> None:
+    for name in ("a b.obj", "a=b:c.obj", "it's", 'in"ch', "C:\\a.obj", "ä.obj"):
+        entry = registry().entry(f"thing:name={name}")
+        assert entry.id == f"thing:name={name}"
+        assert entry.arguments == {"name": name}
+
+
+@pytest.mark.parametrize(
+    ("text", "better"),
+    [
+        ("thing:name=my room, v2.obj", 'thing:name="my room, v2.obj"'),
+        ("other,thing:size=2,name=a,b.obj,other", 'name="a,b.obj"'),
+        ("thing:name=a,b,ratio=2", 'thing:name="a,b"'),
+    ],
+)
+def test_of_a_comma_without_quotes_the_message_says_how_they_are_put(
+    text: str, better: str
+) -> None:
+    with pytest.raises(InputError, match="a value with a comma in it") as caught:
+        registry().entries(text)
+    assert str(caught.value).endswith(f"here '{better}'")
+
+
+def test_of_one_entry_too() -> None:
+    with pytest.raises(InputError, match=r"here 'name=\"my room, v2\.obj\"'$"):
+        registry().entry("thing:name=my room, v2.obj")
 
 
 def test_types_that_cannot_be_looked_up_are_an_input_error() -> None:

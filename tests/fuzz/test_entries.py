@@ -29,6 +29,7 @@ ENVIRONMENTS = (
     "arm6,arm5:self_collision=1",
     "arm:urdf=my_arm.urdf,scene=my_scene.yaml,self_collision=False",
     "mesh:file=rooms/room.ply,kind=interior,robot_radius=0.15,scale=2",
+    "mesh:file=\"my room, v2.ply\",scale=2,arm:urdf='an arm, old.urdf',self_collision=off",
 )
 
 PLANNERS = (
@@ -38,6 +39,7 @@ PLANNERS = (
     "ntfields:attempts=1,weights=a/b.safetensors,device=cpu",
     "ief3d:device=cuda:0,eikonet",
     "mpnet:fallback=rrtstar:range=2",
+    "mpnet:fallback='rrtstar:range=2,goal_bias=0.1',weights=\"a, b\",fmm",
     "rrtstar:range=2,goal_bias=0.1,informed_sampling=true",
     "lazyprmstar:roadmap_s=10,simplify=true,rrtconnect:range=0.5",
     "bitstar:samples_per_batch=100,rewire_factor=1.1,use_k_nearest=0",
@@ -51,6 +53,7 @@ RULES = (
     "match:fmm:0.1",
     "match:rrtstar:range=2,goal_bias=0.1:1e-3",
     "match:ntfields:attempts=1",
+    "match:ntfields:weights='a, b:0.5',attempts=2:0.1",
     "match:lazyprmstar:roadmap_s=10,simplify=true:0.25",
     "match:bitstar:samples_per_batch=100,rewire_factor=1.1:2",
 )

@@ -8,8 +8,10 @@ import numpy as np
 
 from bench.report.html.packing import packed
 from bench.report.html.simplify import simplified, thinned
+from bench.report.interior import faced, interior
 from bench.report.postures import ArmShape, along, triangles_of
 from envs import Environment
+from envs.collision.fcl_model import Allowed
 from envs.collision.shapes import Placed
 from envs.problem import Array
 from envs.scenes.arm_world import ArmWorld
@@ -27,7 +29,6 @@ _POSES_STEP = 1e-4  # of rotations, and of translations in metres
 _TRACE_POINTS = 400
 _DRAWS = 2000  # of configurations, to see how far an arm reaches
 _FAR_OUT = 10  # configurations, by the extent of the bounds
-_FREE_SIDE = 1e-2  # how far from a face its free side is looked for, in workspace units
 _FLAT = 0.3  # the cosine of how steep a ceiling may be
 
 
@@ -37,7 +38,7 @@ class Scene(Protocol):
     def data(self) -> dict[str, Any]:
         """What does not depend on problems: `meshes` that stand still and `links` that move (see
         `_Scale.mesh`), `lower` and `upper` corners of the picture, and whether free space is
-        `enclosed`."""
+        `enclosed`, so that it is to be cut open."""
 
     def points(self, q: Array) -> Array:
         """Where configurations (n, d) are: of an arm its hand. (n, 3)."""
@@ -70,14 +71,15 @@ class PointScene:
 
     def data(self) -> dict[str, Any]:
         triangles = triangles_of(self._env.obstacles)
-        seen = triangles[~_is_ceiling(self._env, triangles)] if self._env.enclosed else triangles
+        within = interior(self._env)
+        seen = triangles if within is None else triangles[~_is_ceiling(within, triangles)]
         lower, upper = self._env.free_bounds
         return {
             "meshes": [self._scale.mesh(seen, _MOST_FACES)],
             "links": [],
             "lower": lower.tolist(),
             "upper": upper.tolist(),
-            "enclosed": self._env.enclosed,
+            "enclosed": within is not None,
         }
 
     def points(self, q: Array) -> Array:
@@ -150,13 +152,10 @@ class _Scale:
         }
 
 
-def _is_ceiling(env: Environment, triangles: Array) -> Any:
+def _is_ceiling(within: Allowed, triangles: Array) -> Any:
     """Which of the faces (n, 3, 3) of a building have free space only below them, (n,) of bool:
     without them one sees into it from above."""
-    assert env.allowed is not None
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    upward = normals * np.where(normals[:, 2:] < 0, -1, 1)
-    middles = triangles.mean(axis=1)
-    above, below = (env.allowed(middles + side * _FREE_SIDE * upward) for side in (1, -1))
-    return below & ~above & (upward[:, 2] > _FLAT)
+    normals, before, behind = faced(within, triangles)
+    falls = normals[:, 2] < 0
+    above, below = np.where(falls, (behind, before), (before, behind))
+    return below & ~above & (np.abs(normals[:, 2]) > _FLAT)

@@ -1,0 +1,234 @@
+"""URDFs as they are found: what is left over in them, grippers, and the robots that people have."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from bad_urdfs import BALL, LIMIT, collision, joint, link, robot, with_shape
+
+from envs import InputError
+from envs.notices import tell_once
+from envs.robots.chain import Chain
+from envs.robots.urdf import read_urdf
+
+A, B = link("a"), link("b")
+AB = joint("ab", "a", "b")
+FINGER = '<limit lower="0" upper="0.04" effort="1" velocity="1"/>'
+
+
+def chain_of(folder: Path, text: str) -> Chain:
+    (folder / "arm.urdf").write_text(text)
+    return read_urdf(folder / "arm.urdf")[0]
+
+
+def refusal(folder: Path, text: str) -> str:
+    with pytest.raises(InputError) as caught:
+        chain_of(folder, text)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def names(chain: Chain) -> list[str]:
+    return [one.name for one in chain.joints]
+
+
+IDLE = {
+    "mimic": '<mimic joint="ab" multiplier="-1"/>',
+    "mimic of none": '<mimic joint="nowhere"/>',
+    "hollow mimic": '<mimic multiplier="much"/>',
+    "limit": '<limit lower="0" upper="0"/>',
+    "limit in words": '<limit lower="${low}" upper="none" effort="much"/>',
+    "axis": '<axis xyz="0 0 0"/>',
+    "safety controller": '<safety_controller soft_lower_limit="x"/>',
+    "dynamics": '<dynamics damping="a lot"/>',
+}
+
+
+@pytest.mark.parametrize("name", IDLE)
+def test_what_is_left_over_in_a_fixed_joint_changes_nothing(name: str, tmp_path: Path) -> None:
+    held = joint("held", "b", "tool", "fixed", '<origin xyz="0 0 1"/>' + IDLE[name])
+    chain = chain_of(tmp_path, robot(A, B, link("tool"), AB, held))
+    assert names(chain) == ["ab"]
+    assert [(one.name, one.body) for one in chain.links] == [("a", 0), ("b", 1), ("tool", 1)]
+    assert chain.links[2].offset[2, 3] == 1
+
+
+FOREIGN = {
+    "tag": '<tool:hint value="1"/>',
+    "tag with what looks like ours": f"<tool:link>{AB}</tool:link>",
+    "declared": '<tool:hint xmlns:tool="http://tool"/>',
+    "gazebo": '<gazebo reference="b"><sensor:camera name="eye"><x/></sensor:camera></gazebo>',
+    "ros2_control": '<ros2_control name="x"><joint name="ab"><command_interface/></joint>'
+    "</ros2_control>",
+    "transmission": '<transmission name="t"><joint/><actuator/></transmission>',
+    "material": '<material name="grey"><color rgba="grey"/></material>',
+}
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_elements_of_others_are_left_alone(name: str, tmp_path: Path) -> None:
+    assert names(chain_of(tmp_path, robot(A, B, AB, FOREIGN[name]))) == ["ab"]
+
+
+INSIDE = {
+    "visual": '<visual><geometry><capsule radius="1"/></geometry></visual>',
+    "visual without a shape": "<visual><geometry/></visual>",
+    "inertial": '<inertial><origin xyz="nan 0 0"/><mass value="heavy"/></inertial>',
+    "prefix": "<drake:hint/>",
+}
+
+
+@pytest.mark.parametrize("name", INSIDE)
+def test_what_is_not_read_of_a_link_may_be_anything(name: str, tmp_path: Path) -> None:
+    assert names(chain_of(tmp_path, robot(A, link("b", INSIDE[name] + BALL), AB))) == ["ab"]
+
+
+def test_attributes_of_others_and_a_default_namespace_are_left_alone(tmp_path: Path) -> None:
+    text = robot(A, B, AB).replace('name="arm"', 'name="arm" xmlns="http://www.ros.org"')
+    text = text.replace('name="b"', 'name="b" tool:color="red"').replace(
+        "<collision>", '<collision tool:kind="1">'
+    )
+    assert names(chain_of(tmp_path, text)) == ["ab"]
+
+
+def test_limits_of_a_continuous_joint_are_not_read(tmp_path: Path) -> None:
+    endless = '<limit lower="-inf" upper="inf" effort="1" velocity="1"/>'
+    chain = chain_of(tmp_path, robot(A, B, joint("ab", "a", "b", "continuous", endless)))
+    assert chain.joints[0].upper == pytest.approx(3.14159, abs=1e-4)
+
+
+@pytest.fixture
+def told(caplog: pytest.LogCaptureFixture) -> Iterator[pytest.LogCaptureFixture]:
+    tell_once.cache_clear()
+    with caplog.at_level(logging.INFO):
+        yield caplog
+
+
+@pytest.mark.parametrize(
+    ("safety", "said"),
+    [
+        ('soft_lower_limit="-1" soft_upper_limit="1" k_position="9" k_velocity="9"', True),
+        ('soft_upper_limit="1.4" soft_lower_limit="-9"', True),
+        ('soft_lower_limit="-1"', True),  # the other one is 0
+        ('soft_lower_limit="-2" soft_upper_limit="1.5" k_velocity="9"', False),
+        ('k_velocity="9"', False),
+    ],
+)
+def test_soft_limits_are_not_used_and_that_is_said(
+    safety: str, said: bool, tmp_path: Path, told: pytest.LogCaptureFixture
+) -> None:
+    text = robot(
+        *(A, B, link("c"), AB.replace(LIMIT, f"{LIMIT}<safety_controller {safety}/>")),
+        joint("bc", "b", "c", "continuous", f"<safety_controller {safety}/>"),
+    )
+    for _ in range(2):
+        chain = chain_of(tmp_path, text)
+        assert (chain.joints[0].lower, chain.joints[0].upper) == (-2, 1.5)
+    lines = [
+        f"{tmp_path / 'arm.urdf'}: <safety_controller>'s soft limits are not used, only <limit>: "
+        "'ab'"
+    ]
+    assert told.messages == (lines if said else [])
+
+
+def hand(*fingers: str) -> str:
+    """An arm of one joint with a hand, and fingers."""
+    links = (link(f"f{n}") for n in range(len(fingers)))
+    held = joint("held", "b", "hand", "fixed", "")
+    return robot(A, B, link("hand"), AB, held, *links, *fingers)
+
+
+def finger(number: int, more: str = "", type: str = "prismatic") -> str:
+    return joint(f"finger{number}", "hand", f"f{number}", type, FINGER + more)
+
+
+MIMICS = '<mimic joint="finger0"/>'
+
+
+@pytest.mark.parametrize("more", ["", MIMICS])
+def test_a_gripper_is_one_message_that_names_all_fingers(more: str, tmp_path: Path) -> None:
+    said = refusal(tmp_path, hand(finger(0), finger(1, more), finger(2, more)))
+    note = " (mimics 'finger0')" if more else ""
+    assert f"joints 'finger0', and 'finger1'{note}, and 'finger2'{note} branch off" in said
+    assert 'type="fixed"' in said
+
+
+def test_the_way_that_the_message_says_leads_on(tmp_path: Path) -> None:
+    still = hand(finger(0, "", "fixed"), finger(1, MIMICS, "fixed"))
+    assert names(chain_of(tmp_path, still)) == ["ab"]
+    one = hand(finger(0), finger(1, MIMICS, "fixed"))
+    assert names(chain_of(tmp_path, one)) == ["ab", "finger0"]
+
+
+def test_all_branches_are_named_with_what_is_beyond_them(tmp_path: Path) -> None:
+    """As in a mobile manipulator: wheels, a head, an arm, fingers."""
+    moving = [
+        *(("left_wheel", "base", "l"), ("right_wheel", "base", "r"), ("lift", "base", "torso")),
+        *(("pan", "torso", "head"), ("tilt", "head", "eye"), ("shoulder", "torso", "upper")),
+        *(("elbow", "upper", "fore"), ("wrist", "fore", "palm"), ("roll", "palm", "hand")),
+        *(("left", "hand", "lf"), ("right", "hand", "rf")),
+    ]
+    links = ["base", *(child for _, _, child in moving)]
+    said = refusal(tmp_path, robot(*map(link, links), *(joint(*ends) for ends in moving)))
+    assert "'left_wheel', and 'right_wheel', and 'lift' with 8 joints beyond it; and" in said
+    assert "'pan' with 'tilt' beyond it, and 'shoulder' with 5 joints beyond it; and" in said
+    assert "'left', and 'right' branch off" in said
+    assert len(said) < 600
+
+
+def test_all_joints_that_mimic_are_named(tmp_path: Path) -> None:
+    """As in a linkage that turns several joints at once."""
+    mimics = LIMIT + '<mimic joint="ab"/>'
+    text = robot(
+        *(A, B, link("c"), link("d"), AB),
+        *(joint("bc", "b", "c", inside=mimics), joint("cd", "c", "d", inside=mimics)),
+    )
+    said = refusal(tmp_path, text)
+    assert "joint 'bc' (mimics 'ab') and joint 'cd' (mimics 'ab')" in said
+    assert 'type="fixed"' in said
+    assert "<mimic>" in said
+
+
+def test_shapes_that_are_put_together_for_a_capsule_are_read(tmp_path: Path) -> None:
+    """The way that the message says."""
+    ends = "".join(
+        collision('<sphere radius="0.05"/>', f'<origin xyz="0 0 {z}"/>') for z in (-0.15, 0.15)
+    )
+    text = robot(A, link("b", collision('<cylinder radius="0.05" length="0.3"/>') + ends), AB)
+    (tmp_path / "arm.urdf").write_text(text)
+    assert len(read_urdf(tmp_path / "arm.urdf")[1]) == 4
+
+
+@pytest.mark.parametrize("name", ["hand.dae", "hand.DAE", "hand.fbx", "hand.gltf", "hand.step"])
+def test_formats_that_are_not_read_have_a_remedy(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("<COLLADA/>")
+    said = refusal(tmp_path, with_shape(f'<mesh filename="{name}"/>'))
+    assert f"link 'b': {tmp_path / name}: meshes are read from .obj" in said
+    assert "convert it to .stl or .obj" in said
+
+
+DATA = Path(os.environ.get("BENCH_DATA", "data")) / "mbm"
+
+
+@pytest.mark.parametrize(("name", "joints"), [("panda", 7), ("ur5", 6), ("fetch", 8)])
+def test_robots_of_motionbenchmaker_are_read(name: str, joints: int) -> None:
+    file = DATA / name / f"{name}.urdf"
+    if not file.is_file():
+        pytest.skip(f"there is no {file}; BENCH_DATA names the folder")
+    chain, parts = read_urdf(file)
+    assert chain.dimension == joints
+    assert len(parts) > joints
+
+
+def test_a_robot_with_two_arms_is_refused_by_their_first_joints() -> None:
+    file = DATA / "baxter" / "baxter.urdf"
+    if not file.is_file():
+        pytest.skip(f"there is no {file}; BENCH_DATA names the folder")
+    with pytest.raises(
+        InputError, match=r"right_s0' with 6 joints beyond it, and 'left_s0' with 6"
+    ):
+        read_urdf(file)
