@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous
-from envs.collision.separation import least_separation, separation_between, shapes_of
+from envs.collision.separation import least_separation, separations, shapes_of
 from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, Placed, Solid
 from envs.problem import Array
 from envs.robots.base import Robot
@@ -191,8 +191,8 @@ class CollisionModel:
             found = least_separation(self._shapes, body, turn, shift, self._around, least)
             least = min(least, found)
         for other in self._others[body]:
-            poses = self._pose(body), self._pose(other)
-            least = min(least, separation_between(self._shapes, body, other, *poses, least))
+            poses = np.array([[self._pose(body), self._pose(other)]])
+            least = min(least, separations(self._shapes, body, other, poses, least)[0])
         return least
 
     def _pose(self, number: int) -> Array:

@@ -82,20 +82,19 @@ def separation(
     if a.roots[i] < 0 and b.roots[j] < 0:
         return float(distance(row, other, most))
     here, there, between = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
-    solid = np.empty(17)
-    if a.roots[i] < 0:
+    if a.roots[i] >= 0 and b.roots[j] >= 0:
+        compose(pose, a.poses[i], here)
+        _undo(here, between)
         compose(at, b.poses[j], there)
-        _undo(there, between)
-        moved(row, between, solid)
-        return float(solid_to_mesh(b.trees, b.roots[j], solid, most))
+        compose(between, there, here)
+        return float(mesh_to_mesh(a.trees, a.roots[i], b.trees, b.roots[j], here, most))
+    if a.roots[i] < 0:
+        a, i, row, pose, b, j, other, at = b, j, other, at, a, i, row, pose
     compose(pose, a.poses[i], here)
     _undo(here, between)
-    if b.roots[j] < 0:
-        moved(other, between, solid)
-        return float(solid_to_mesh(a.trees, a.roots[i], solid, most))
-    compose(at, b.poses[j], there)
-    compose(between, there, here)
-    return float(mesh_to_mesh(a.trees, a.roots[i], b.trees, b.roots[j], here, most))
+    solid = np.empty(17)
+    moved(other, between, solid)
+    return float(solid_to_mesh(a.trees, a.roots[i], solid, most))
 
 
 @_jit
@@ -113,12 +112,16 @@ def least_separation(a: Any, i: int, turn: Any, shift: Any, around: Any, most: f
 
 
 @_jit
-def separation_between(shapes: Any, i: int, j: int, pose: Any, other: Any, most: float) -> float:
-    """The `separation` of two shapes whose frames are at poses (3, 4)."""
-    row, other_row = np.empty(17), np.empty(17)
-    moved(shapes.rows[i], pose, row)
-    moved(shapes.rows[j], other, other_row)
-    return float(separation(shapes, i, row, pose, shapes, j, other_row, other, most))
+def separations(shapes: Any, i: int, j: int, poses: Any, most: float) -> Any:
+    """The `separation` (n,) of two shapes whose frames are at poses (n, 2, 3, 4)."""
+    row, other = np.empty(17), np.empty(17)
+    found = np.empty(len(poses))
+    for n in range(len(poses)):
+        pose, at = poses[n, 0], poses[n, 1]
+        moved(shapes.rows[i], pose, row)
+        moved(shapes.rows[j], at, other)
+        found[n] = separation(shapes, i, row, pose, shapes, j, other, at, most)
+    return found
 
 
 @kernel

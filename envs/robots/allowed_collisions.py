@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from envs.collision.containment import piece_points
 from envs.collision.mesh import queries
-from envs.collision.separation import Shapes, separation_between
+from envs.collision.separation import Shapes, separations
 from envs.collision.shapes import Mesh, Placed
 from envs.problem import Array
 from envs.robots.chain import Chain, body_poses
@@ -94,10 +94,8 @@ def _farthest(
     the configurations (n, d)."""
     farthest = 0.0
     for some in (q[:_FIRST], q[_FIRST:]):
-        poses = np.empty((len(some), 2, 3, 4))
-        _poses_of(chain.view, some, bodies[list(pair)], poses)
-        apart = np.zeros(len(some))
-        _separations(shapes, *pair, poses, FAR, apart)
+        poses = poses_of(chain, bodies[list(pair)], some)
+        apart = separations(shapes, *pair, poses, FAR)
         found = apart > 0
         for this, other in ((0, 1), (1, 0)):
             solid = placed[pair[this]]
@@ -108,6 +106,13 @@ def _farthest(
         if farthest >= FAR:
             return FAR
     return farthest
+
+
+def poses_of(chain: Chain, bodies: NDArray[np.int64], q: Array) -> Array:
+    """The poses (n, 2, 3, 4) of two of a chain's bodies at configurations (n, d)."""
+    poses = np.empty((len(q), 2, 3, 4))
+    _poses_of(chain.view, np.ascontiguousarray(q, dtype=np.float64), bodies, poses)
+    return poses
 
 
 def _points(placed: Placed, poses: Array) -> Array:
@@ -162,10 +167,3 @@ def _poses_of(chain: Any, q: Any, bodies: Any, poses: Any) -> None:
     for n in range(len(q)):
         body_poses(chain, q[n], found)
         poses[n, 0], poses[n, 1] = found[bodies[0]], found[bodies[1]]
-
-
-@_jit
-def _separations(shapes: Any, i: int, j: int, poses: Any, most: float, found: Any) -> None:
-    """Writes how far two parts are apart, (n,), see `separation`."""
-    for n in range(len(found)):
-        found[n] = separation_between(shapes, i, j, poses[n, 0], poses[n, 1], most)

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.covering import bounding_sphere, cover
-from envs.collision.separation import Shapes, shapes_of
+from envs.collision.separation import Shapes, separations, shapes_of
 from envs.collision.shapes import Placed, Solid
 from envs.problem import Array
-from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs
+from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs, poses_of
 from envs.robots.base import Pose
 from envs.robots.chain import Chain, ChainView, at, body_poses, compose
 
@@ -155,6 +155,15 @@ class Arm:
         found = np.empty((1 + self.chain.dimension, 3, 4))
         body_poses(self.chain.view, q, found)
         return found
+
+    def links_keep(self, kept: Array, q: Array) -> NDArray[np.bool_]:
+        """Whether parts that must not touch each other keep so far (p, p) apart, in metres, at
+        configurations (n, d), (n,) of bool."""
+        keep = np.ones(len(q), dtype=np.bool_)
+        for pair in self.pairs:
+            poses = poses_of(self.chain, self.view.bodies[list(pair)], q[keep])
+            keep[keep] &= separations(self._shapes, *pair, poses, kept[pair]) >= kept[pair]
+        return keep
 
     def motion_bound(self, a: Array, b: Array) -> float:
         """See `part_bounds`; the greatest of the parts'."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from envs.collision.convex import moved
 from envs.collision.primitives import NO_SOLID, NOTHING, SceneView, nearest, to_solid
-from envs.collision.separation import separation, separation_between
+from envs.collision.separation import separation
 from envs.kernels import kernel
 from envs.problem import Array
 from envs.robots.arm import ArmView, part_bounds
@@ -39,15 +39,6 @@ def clearances(arm: ArmView, scene: SceneView, q: Array) -> Array:
     found = np.empty(len(q))
     q = np.ascontiguousarray(q, dtype=np.float64)
     in_blocks(lambda part: _clearances(arm, scene, q[part], found[part]), len(q), _BLOCK)
-    return found
-
-
-def links_keep(arm: ArmView, kept: Array, q: Array) -> NDArray[np.bool_]:
-    """Whether parts that must not touch each other keep so far (p, p) apart, in metres, at
-    configurations (n, d), (n,) of bool."""
-    found = np.empty(len(q), dtype=np.bool_)
-    q = np.ascontiguousarray(q, dtype=np.float64)
-    in_blocks(lambda part: _links_keep(arm, kept, q[part], found[part]), len(q), _BLOCK)
     return found
 
 
@@ -116,27 +107,6 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
                 most,
             )
             found[part] = min(most, apart if apart > 0.0 else TOUCHING)
-
-
-@_jit
-def _links_keep(arm: Any, kept: Any, q: Any, found: Any) -> None:
-    bodies = np.empty((1 + q.shape[1], 3, 4))
-    for n in range(len(q)):
-        body_poses(arm.chain, q[n], bodies)
-        found[n] = _keep(arm, kept, bodies)
-
-
-@_jit
-def _keep(arm: Any, kept: Any, bodies: Any) -> bool:
-    for part in range(len(arm.bodies)):
-        for other in range(part):
-            if not arm.pairs[part, other]:
-                continue
-            most = kept[part, other]
-            poses = bodies[arm.bodies[part]], bodies[arm.bodies[other]]
-            if separation_between(arm.shapes, part, other, poses[0], poses[1], most) < most:
-                return False
-    return True
 
 
 @_jit

@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from envs.collision.separation import separation_between, shapes_of
+from envs.collision.separation import separations, shapes_of
 from envs.collision.shapes import Placed
 from envs.problem import Array
 from envs.robots.arm import Arm
@@ -38,7 +38,7 @@ def causes(arm: Arm, obstacles: Sequence[Placed], q: Array, clear: float, kept: 
             for i, k in product(range(arm.moving), range(len(obstacles)))
         ]
         for i, j, most, name in pairs:
-            if separation_between(shapes, i, j, at[i], at[j], most) < most:
+            if separations(shapes, i, j, np.array([[at[i], at[j]]]), most)[0] < most:
                 too_near.setdefault(name, set()).add(n)
     often = sorted(too_near.items(), key=lambda item: -len(item[1]))
     return [f"{name} in {len(which) / len(q):.0%}" for name, which in often[:_NAMED]]

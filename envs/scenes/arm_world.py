@@ -240,10 +240,8 @@ class ArmWorld(Environment):
 
     def _may_be_end(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, d) keep the clearance that problems' ends do."""
-        arm = self.robot.view
         keep = arm_clearance.clearances(self._unpaired, self.scene, q) >= self.min_clearance
-        if arm.pairs.any():
-            keep[keep] &= arm_clearance.links_keep(arm, self.kept, q[keep])
+        keep[keep] &= self.robot.links_keep(self.kept, q[keep])
         if self.allowed is not None:
             keep[keep] &= self.allowed(q[keep])
         return keep

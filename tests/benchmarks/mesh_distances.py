@@ -21,7 +21,7 @@ sys.path[:0] = [str(TESTS), str(TESTS.parent)]
 
 from exact_arms import coal_mesh  # noqa: E402
 
-from envs.collision.separation import separation_between, shapes_of  # noqa: E402
+from envs.collision.separation import separations, shapes_of  # noqa: E402
 from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere  # noqa: E402
 
 EGG = trimesh.creation.icosphere(subdivisions=2).apply_scale([0.1, 0.06, 0.13])
@@ -63,7 +63,7 @@ def compare(name: str, mesh: Mesh, solid: Solid, theirs: Any, poses: int) -> Non
             pose[:, 3] -= (exact - 10 ** rng.uniform(-6, -2)) * way
             exact = _by_coal(surface, theirs, pose)
         if exact > 0:
-            ours.append(separation_between(shapes, 0, 1, still, pose, np.inf) - exact)
+            ours.append(separations(shapes, 0, 1, np.array([[still, pose]]), np.inf)[0] - exact)
             bodies[1].setTransform(fcl.Transform(turn, pose[:, 3]))
             request, result = fcl.DistanceRequest(), fcl.DistanceResult()
             by_fcl.append(fcl.distance(*bodies, request, result) - exact)

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from envs.collision import mesh, mesh_tree
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.separation import least_separation, separation_between, shapes_of
+from envs.collision.separation import least_separation, separations, shapes_of
 from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere
 from envs.problem import Array
 from envs.robots.point import PointRobot
@@ -61,15 +61,15 @@ def test_distances_from_meshes_are_never_above_the_truth_and_hardly_below(
         if rng.random() < 0.5 and exact > 0:
             pose[:, 3] *= 1 - (exact - 10 ** rng.uniform(-6, -2)) / np.linalg.norm(pose[:, 3])
             exact = by_coal(a, b, pose)
-        found = separation_between(shapes, 0, 1, STILL, pose, np.inf)
+        found = separations(shapes, 0, 1, np.array([[STILL, pose]]), np.inf)[0]
         touching += exact <= 0
         assert found <= max(exact, 0) + 1e-9
         assert found >= exact - 2e-6
-        assert separation_between(shapes, 1, 0, pose, STILL, np.inf) == pytest.approx(
+        assert separations(shapes, 1, 0, np.array([[pose, STILL]]), np.inf)[0] == pytest.approx(
             found, abs=2e-6
         )
         most = exact / 2
-        assert separation_between(shapes, 0, 1, STILL, pose, most) >= min(most, found)
+        assert separations(shapes, 0, 1, np.array([[STILL, pose]]), most)[0] >= min(most, found)
     assert touching > 10
 
 
@@ -80,7 +80,7 @@ def test_shapes_placed_elsewhere_are_where_they_are_placed() -> None:
     turned[:3, :3] = Rotation.from_euler("z", np.pi / 2).as_matrix()
     turned[:3, 3] = 1, 0, 0
     shapes = shapes_of([Placed(egg, turned), Placed(box, np.eye(4)), Placed(box, turned)])
-    apart = [separation_between(shapes, 0, j, STILL, STILL, np.inf) for j in (1, 2)]
+    apart = [separations(shapes, 0, j, np.array([[STILL, STILL]]), np.inf)[0] for j in (1, 2)]
     assert apart[0] == pytest.approx(1 - EGG.bounds[1, 1] - 0.6, abs=1e-4)
     assert apart[1] == pytest.approx(0.4 - EGG.bounds[1, 0], abs=1e-4)
     ball = shapes_of([Placed(Sphere(0.1), np.eye(4))])
@@ -103,7 +103,7 @@ def test_flat_triangles_and_single_ones_have_distances() -> None:
         )
         at = np.column_stack([np.eye(3), [0.5, 0, -0.5]])
         for j, pose in ((1, STILL), (2, at)):
-            found = separation_between(shapes, 0, j, STILL, pose, np.inf)
+            found = separations(shapes, 0, j, np.array([[STILL, pose]]), np.inf)[0]
             assert found == pytest.approx(expected, abs=2e-6)
 
 
@@ -113,7 +113,9 @@ def test_many_equal_triangles_make_a_tree() -> None:
     pile = Mesh(np.tile(corners, (1000, 1)), np.arange(3000).reshape(-1, 3))
     shapes = shapes_of([Placed(pile, np.eye(4)), Placed(Sphere(0.1), np.eye(4))])
     at = np.column_stack([np.eye(3), [0.2, 0.2, 2]])
-    assert separation_between(shapes, 0, 1, STILL, at, np.inf) == pytest.approx(1.9, abs=1e-6)
+    assert separations(shapes, 0, 1, np.array([[STILL, at]]), np.inf)[0] == pytest.approx(
+        1.9, abs=1e-6
+    )
 
 
 def test_any_number_of_meshes_is_prepared_once_and_let_go_with_them(
