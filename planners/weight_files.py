@@ -186,16 +186,25 @@ def _pair(file: Path) -> tuple[bytes, Manifest]:
     """The content of a file of weights, and the manifest beside it: one that waits there if it is
     of this content and the other is not."""
     data = _bytes(file, _MOST_BYTES)
-    beside = manifest_file(file)
     of_data = hashlib.sha256(data).hexdigest()
-    waiting = [_waiting(beside), _waiting(beside.resolve())]
-    # The first once more at the end: a writer may have put it in place meanwhile.
-    for candidate in (beside, *waiting, beside):
+    for candidate in _candidates(file):
         if candidate.is_file():
             manifest = _read_manifest(candidate)
             if manifest.sha256 == of_data:
                 return data, manifest
-    return data, _read_manifest(beside)
+    return data, _read_manifest(manifest_file(file))
+
+
+def _candidates(file: Path) -> list[Path]:
+    """Where a manifest of a file of weights may be; its own place once more at the end, as a writer
+    may have put it there meanwhile."""
+    beside = manifest_file(file)
+    return [beside, _waiting(beside), _waiting(beside.resolve()), beside]
+
+
+def is_described(file: Path) -> bool:
+    """Whether a file has a manifest, as weights have."""
+    return any(candidate.exists() for candidate in _candidates(file))
 
 
 def _bytes(file: Path, most: int) -> bytes:

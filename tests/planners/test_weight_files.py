@@ -266,6 +266,7 @@ def test_a_first_writer_that_is_killed_leaves_none_or_a_pair(
         with contextlib.suppress(KilledError):
             weight_files.write(file, TENSORS, manifest(c3d))
     if file.is_file():
+        assert weight_files.is_described(file)
         assert weight_files.read(file, "p", c3d.fingerprint)[1].env == "c3d"
     assert file.is_file() == (step >= 2)
 
