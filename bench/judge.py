@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench import metrics
-from bench.record import Verdict
+from bench.record import MOST_WAYPOINTS, Verdict
 from envs import Environment, Path, Problem
 from envs.collision.continuous import FIRST_QUERIES, UndecidedError
 from envs.collision.fcl_model import DEFAULT_TOLERANCE
@@ -17,9 +17,8 @@ ENDPOINT_TOLERANCE = 1e-6
 """How far first and last waypoint may be from start and goal, in the configurations' unit."""
 
 
-MOST_WAYPOINTS = 2**20
 MOST_DIAGONALS = 100.0
-"""How long a path may be, in waypoints, and as many times as the bounds are wide."""
+"""How long a path may be, as many times as the bounds are wide."""
 
 _MOST_QUERIES = 100_000
 """How often the distance of one of the robot's bodies is asked for, for one verdict; each takes

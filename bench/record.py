@@ -39,6 +39,9 @@ class Verdict(str, Enum):
 LATE = "LATE"
 """The outcome of a valid path that came after the time limit."""
 
+MOST_WAYPOINTS = 2**20
+"""Paths of more are neither judged nor kept."""
+
 NOT_ATTEMPTED = (Fault.UNSUPPORTED.value, Fault.SKIPPED.value)
 """Statuses of rows in which nothing was measured."""
 
@@ -108,8 +111,9 @@ def outcome(status: str, verdict: str, solve_s: float | None, time_limit_s: floa
 
 
 def encode_path(path: Array | None) -> bytes | None:
-    """A path (k, d) as bytes, its shape in front; None for None and for arrays of other ranks."""
-    if path is None or path.ndim != 2:
+    """A path (k, d) as bytes, its shape in front; None for None, for arrays of other ranks, and for
+    paths of more than `MOST_WAYPOINTS`."""
+    if path is None or path.ndim != 2 or len(path) > MOST_WAYPOINTS:
         return None
     head = json.dumps(list(path.shape)).encode() + b"\n"
     return head + np.ascontiguousarray(path, dtype="<f8").tobytes()

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import envs
 import planners
-from bench.judge import MOST_WAYPOINTS, Judge, Judgement
-from bench.record import Verdict
+from bench.judge import Judge, Judgement
+from bench.record import MOST_WAYPOINTS, Verdict
 from envs import Problem
 from planners import Budget
 

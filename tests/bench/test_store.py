@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from bench.record import KEY, Record, decode_path, encode_path, outcome
+from bench.record import KEY, MOST_WAYPOINTS, Record, decode_path, encode_path, outcome
 from bench.store import FORCED_EVERY_S, Store, StoredRecords
 from envs import InputError
 
@@ -162,6 +162,7 @@ def test_paths_survive_encoding(path: np.ndarray) -> None:
 def test_what_is_no_path_is_not_encoded() -> None:
     assert encode_path(None) is None
     assert encode_path(np.zeros(3)) is None
+    assert encode_path(np.zeros((MOST_WAYPOINTS + 1, 0))) is None
 
 
 @given(st.floats(0, 10), st.floats(0.1, 10))
