@@ -18,7 +18,7 @@ from bench import terminal
 from bench.arguments import COMMANDS
 from bench.launch import COMMAND
 from envs import InputError
-from envs.errors import is_text, suggestion
+from envs.errors import suggestion
 from planners import files as planner_files
 
 BAD_INPUT, INTERRUPTED = 2, 130
@@ -65,11 +65,7 @@ def _since_process_start() -> float:
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     """The arguments, with a suggestion for what is not among them."""
-    given = sys.argv[1:] if arguments is None else arguments
-    for argument in given:
-        if not is_text(argument):
-            raise InputError(f"{argument!r} holds bytes that are not UTF-8; rename that file")
-    chosen, unknown = _parser().parse_known_args(given)
+    chosen, unknown = _parser().parse_known_args(arguments)
     if unknown:
         options = re.findall(r"--[a-z-]+", chosen.parser.format_help())
         raise InputError(f"unknown argument {unknown[0]!r}; {suggestion(unknown[0], set(options))}")

@@ -95,11 +95,11 @@ def test_a_stream_that_is_no_file_will_do(monkeypatch: pytest.MonkeyPatch) -> No
     "arguments",
     [
         ("run", "--env", "mesh:file=caf\udce9.obj"),
-        ("run", "--env", "c3d", "--out", "caf\udce9"),
-        ("list", "--planner-file", "caf\udce9.py"),
+        ("run", "--env", "c3d", "--planners", "ntfields:weights='a,caf\udce9'"),
+        ("show", "--env", "arm:urdf=caf\udce9.urdf", "--out", "x.png"),
     ],
 )
-def test_names_that_are_not_text_are_refused_in_one_line(
+def test_names_in_ids_that_are_not_text_are_refused_in_one_line(
     arguments: tuple[str, ...], bench: Cli
 ) -> None:
     code, _, err = bench(*arguments)
