@@ -162,7 +162,7 @@ def _destination(planner: LearnedPlanner, env: Environment, out: Path | None) ->
     file = out / weight_files.file_name(*whose) if out.is_dir() else out
     if not file.parent.is_dir():
         raise InputError(f"--out {out}: there is no folder {file.parent}")
-    if file.exists() and not weight_files.manifest_file(file).exists():
+    if file.exists() and not weight_files.is_described(file):
         raise InputError(f"--out {out}: there is such a file, and it does not hold weights")
     return file
 

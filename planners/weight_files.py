@@ -10,6 +10,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
+from glob import escape
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,11 @@ FORMAT = 1
 _MOST_BYTES = 64 * 2**20  # of weights; those of this project have under two MB
 _MOST_MANIFEST_BYTES = 2**20
 _MOST_S = 1e9  # of data and of training
+
+_READINGS = 2  # weights and manifest may be replaced between reading one and the other
+
+_DIGIT = "[0-9a-f]"
+_ANY_DIGEST = 16 * _DIGIT  # the part of it that is in names
 
 _TIMES = ("data_s", "train_s")
 _TYPES: Mapping[str, type | tuple[type, ...]] = {
@@ -104,17 +110,23 @@ def manifest_file(file: Path) -> Path:
 
 
 def write(file: Path, tensors: Tensors, manifest: Manifest) -> None:
-    """Writes weights and manifest, each whole or not at all.
+    """Writes weights and manifest, both or neither: the manifest is made ready under a name that
+    has the weights' digest before they are put in place, and is found there until it follows.
 
     Raises:
         InputError: they cannot be written there.
     """
     data = safetensors.numpy.save({k: np.ascontiguousarray(v) for k, v in tensors.items()})
-    described = {**asdict(manifest), "sha256": hashlib.sha256(data).hexdigest()}
+    digest = hashlib.sha256(data).hexdigest()
+    described = {**asdict(manifest), "sha256": digest}
+    ready = _ready(file, digest)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
+        _replace(ready, (json.dumps(described, indent=1) + "\n").encode())
         _replace(file, data)
-        _replace(manifest_file(file), (json.dumps(described, indent=1) + "\n").encode())
+        ready.replace(manifest_file(file))
+        for left in file.parent.glob(f".{escape(manifest_file(file).name)}.{_ANY_DIGEST}"):
+            left.unlink()  # of a writer that was stopped
     except OSError as error:
         raise InputError(f"cannot write weights to {file}: {error}") from error
 
@@ -127,8 +139,15 @@ def link(target: Path, planner: str, domain: str) -> None:
         (target, name),
         (manifest_file(target), manifest_file(name)),
     ):
-        here.unlink(missing_ok=True)
-        here.symlink_to(there.absolute())
+        with whole_file(here) as part:
+            part.symlink_to(there.absolute())
+
+
+def is_described(file: Path) -> bool:
+    """Whether a file has a manifest, as weights have."""
+    return manifest_file(file).exists() or any(
+        file.parent.glob(f".{escape(manifest_file(file).name)}.{_ANY_DIGEST}")
+    )
 
 
 def read(file: Path, planner: str, domain: str) -> tuple[dict[str, NDArray[Any]], Manifest]:
@@ -137,8 +156,12 @@ def read(file: Path, planner: str, domain: str) -> tuple[dict[str, NDArray[Any]]
     Raises:
         InputError: the file cannot be read, is damaged, or is for something else.
     """
-    data = _bytes(file, _MOST_BYTES)
-    manifest = _read_manifest(manifest_file(file))
+    for _ in range(_READINGS):
+        data = _bytes(file, _MOST_BYTES)
+        digest = hashlib.sha256(data).hexdigest()
+        manifest = _manifest_of(file, digest)
+        if manifest.sha256 == digest:
+            break
     for what, ours, theirs in (
         ("planner", planner, manifest.planner),
         ("environment", domain, manifest.env_fingerprint),
@@ -148,7 +171,7 @@ def read(file: Path, planner: str, domain: str) -> tuple[dict[str, NDArray[Any]]
                 f"{file}: these weights are for {what} {theirs} ({manifest.env}), not for {ours}; "
                 "train some with bench train"
             )
-    if hashlib.sha256(data).hexdigest() != manifest.sha256:
+    if digest != manifest.sha256:
         raise InputError(f"{file} is not the file that its manifest describes: copy both again")
     try:
         tensors = safetensors.numpy.load(data)
@@ -157,6 +180,21 @@ def read(file: Path, planner: str, domain: str) -> tuple[dict[str, NDArray[Any]]
     if not all(np.isfinite(a).all() for a in tensors.values() if a.dtype.kind == "f"):
         raise InputError(f"{file} holds NaN or infinite weights")
     return tensors, manifest
+
+
+def _ready(file: Path, digest: str) -> Path:
+    """Where a manifest is before weights of that digest are."""
+    beside = manifest_file(file)
+    return beside.with_name(f".{beside.name}.{digest[: len(_ANY_DIGEST) // len(_DIGIT)]}")
+
+
+def _manifest_of(file: Path, digest: str) -> Manifest:
+    """The manifest of a file with content of that digest; if none has it, the one beside it."""
+    target = file.resolve()  # of a link that was set before the manifest's
+    for other in (_ready(file, digest), _ready(target, digest), manifest_file(target)):
+        if other.is_file() and (manifest := _read_manifest(other)).sha256 == digest:
+            return manifest
+    return _read_manifest(manifest_file(file))
 
 
 def _bytes(file: Path, most: int) -> bytes:

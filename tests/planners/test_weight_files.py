@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 import struct
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -54,6 +55,88 @@ def test_what_is_written_is_read(file: Path, c3d: Environment) -> None:
         assert tensors[name].dtype == wanted.dtype
     assert described.settings == {"steps": 3}
     assert described.sha256
+
+
+class Killed(BaseException):
+    """Nothing that is on the way to the disk may catch it."""
+
+
+def stopped_at(step: int, monkeypatch: pytest.MonkeyPatch, work: Callable[[], None]) -> bool:
+    """Does some work until a file is about to be put in place for the n-th time; whether it was
+    stopped by that."""
+    left = iter(range(step))
+    real = Path.replace
+
+    def replace(self: Path, target: Path) -> Path:
+        if next(left, None) is None:
+            raise Killed
+        return real(self, target)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "replace", replace)
+        try:
+            work()
+        except Killed:
+            return True
+    return False
+
+
+@pytest.mark.parametrize("step", range(4))
+@pytest.mark.parametrize("first", [True, False], ids=["first", "again"])
+def test_a_writer_that_is_killed_leaves_the_old_pair_or_the_new(
+    tmp_path: Path, c3d: Environment, monkeypatch: pytest.MonkeyPatch, step: int, first: bool
+) -> None:
+    file = tmp_path / "w.safetensors"
+    if not first:
+        weight_files.write(file, TENSORS, manifest(c3d, seed=1))
+    new = {"layer.bias": np.zeros(3)}
+    write = lambda: weight_files.write(file, new, manifest(c3d, seed=2))  # noqa: E731
+    assert stopped_at(step, monkeypatch, write) == (step < 3)
+    if first and step < 2:
+        assert not file.exists(), "what is not there is made again"
+    else:
+        tensors, described = weight_files.read(file, "p", c3d.fingerprint)
+        expected, seed = (new, 2) if step >= 2 else (TENSORS, 1)
+        assert tensors.keys() == expected.keys()
+        assert described.seed == seed
+        assert weight_files.is_described(file)
+    weight_files.write(file, TENSORS, manifest(c3d, seed=3))
+    assert weight_files.read(file, "p", c3d.fingerprint)[1].seed == 3
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["w.json", "w.safetensors"]
+
+
+@pytest.mark.parametrize("step", range(3))
+def test_links_that_were_being_set_lead_to_a_pair(
+    tmp_path: Path, c3d: Environment, monkeypatch: pytest.MonkeyPatch, step: int
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(weight_files, "SHIPPED", tmp_path / "shipped")
+    for seed, name in ((1, "old"), (2, "new")):
+        tensors = {"a": np.full(3, float(seed))}
+        weight_files.write(tmp_path / name, tensors, manifest(c3d, seed=seed))
+    weight_files.link(tmp_path / "old", "p", c3d.fingerprint)
+    link = lambda: weight_files.link(tmp_path / "new", "p", c3d.fingerprint)  # noqa: E731
+    assert stopped_at(step, monkeypatch, link) == (step < 2)
+    found = weight_files.find("p", c3d.fingerprint)
+    assert found is not None
+    assert weight_files.read(found, "p", c3d.fingerprint)[1].seed == (2 if step else 1)
+
+
+def test_a_pair_that_is_replaced_while_it_is_read_is_read_again(
+    file: Path, c3d: Environment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = weight_files._bytes
+    late = iter([True])
+
+    def read(path: Path, most: int) -> bytes:
+        data = real(path, most)
+        if next(late, False):
+            weight_files.write(file, {"b": np.ones(2)}, manifest(c3d, seed=5))
+        return data
+
+    monkeypatch.setattr(weight_files, "_bytes", read)
+    tensors, described = weight_files.read(file, "p", c3d.fingerprint)
+    assert (tensors.keys(), described.seed) == ({"b"}, 5)
 
 
 def refuses(file: Path, env: Environment, what: str, planner: str = "p") -> None:
