@@ -22,7 +22,10 @@ from envs.cores import usable_cores
 from envs.errors import reason
 from envs.whole_file import whole_file
 
-_NOT_OURS = (OSError, EOFError, BadZipFile, zlib.error, LookupError, ValueError, TypeError)
+_NOT_OURS = (
+    *(OSError, EOFError, BadZipFile, zlib.error, RuntimeError, MemoryError),
+    *(LookupError, ValueError, TypeError, AttributeError),
+)
 """What is raised of files that are no results, or not of this kind."""
 
 Item = TypeVar("Item")
@@ -84,7 +87,7 @@ def _read(kept: Path, none: D, items: int) -> tuple[D, float]:
     if not kept.is_file():
         return none, 0.0
     try:
-        with np.load(kept) as held:
+        with kept.open("rb") as file, np.load(file) as held:
             made = type(none)(*(held[name] for name in vars(none)))
             seconds = float(held["seconds"])
         _check(made, none)
