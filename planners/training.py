@@ -199,6 +199,16 @@ class TrainingState:
         except (OSError, RuntimeError) as error:  # PyTorch's own for a full disk is the latter
             raise InputError(f"cannot write {file}: {reason(error)}") from error
 
+    def _check(self) -> None:
+        """Raises ValueError if it is no state that a training can be in."""
+        if type(self.step) is not int or self.step < 0 or not 0 <= self.share <= 1:
+            raise ValueError(f"step {self.step} at a share of {self.share}")
+        if not all(0 <= seconds < math.inf for seconds in (self.data_s, self.train_s)):
+            raise ValueError(f"{self.data_s} s and {self.train_s} s were spent")
+        for net in (self.net, self.average):
+            if not all(tensor.isfinite().all() for tensor in net.state_dict().values()):
+                raise ValueError("NaN or infinite weights")
+
     def load(self, file: Path) -> None:
         """Goes on from a checkpoint.
 
@@ -212,6 +222,7 @@ class TrainingState:
             for name in self._PLAIN:
                 setattr(self, name, state[name])
             self.epochs = Epochs(**state["epochs"])
+            self._check()
         except _NOT_OURS as error:
             raise InputError(f"cannot go on from {file}, delete it: {reason(error)}") from error
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
 
+from envs import InputError
 from planners import training
 from planners.fields.networks import TimeField
 from planners.fields.objectives import LargestSubsolution
@@ -115,6 +118,43 @@ def test_an_interrupted_training_goes_on_as_if_it_had_not_been(tmp_path: Path) -
     assert any(
         not torch.equal(a, b) for a, b in zip(whole.parameters(), other.parameters(), strict=True)
     )
+
+
+WRONG = [
+    *({"share": math.nan}, {"share": 2.0}, {"step": -1}, {"step": 1.5}, {"step": "3"}),
+    *({"data_s": math.inf}, {"train_s": -1.0}, {"epochs": {"other": 1}}, {"epochs": None}),
+]
+
+
+@pytest.mark.parametrize("other", WRONG, ids=str)
+def test_a_checkpoint_of_no_training_is_refused(tmp_path: Path, other: dict[str, Any]) -> None:
+    file = tmp_path / "checkpoint"
+    recipe = Recipe(steps=3)
+    begun(8, recipe).save(file)
+    begun(8, recipe).load(file)
+    torch.save({**torch.load(file, weights_only=True), **other}, file)
+    with pytest.raises(InputError, match=r"cannot go on from .*, delete it: "):
+        begun(8, recipe).load(file)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
+def test_a_checkpoint_that_is_cut_off_is_refused(tmp_path: Path, share: float) -> None:
+    file = tmp_path / "checkpoint"
+    recipe = Recipe(steps=3)
+    begun(8, recipe).save(file)
+    file.write_bytes(file.read_bytes()[: int(share * file.stat().st_size)])
+    with pytest.raises(InputError, match=r"cannot go on from .*, delete it: "):
+        begun(8, recipe).load(file)
+
+
+def test_a_checkpoint_with_weights_that_are_no_numbers_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "checkpoint"
+    recipe = Recipe(steps=3)
+    state = begun(8, recipe)
+    next(state.net.parameters()).data[0] = math.nan
+    state.save(file)
+    with pytest.raises(InputError, match="NaN or infinite"):
+        begun(8, recipe).load(file)
 
 
 def test_checkpoints_come_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
