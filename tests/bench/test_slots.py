@@ -16,11 +16,12 @@ from conftest import Cli, records_of
 import planners
 from bench import machine
 from bench.judge import Judge, Judgement
+from envs import processors
 
 RUN = ("run", "--env", "c3d:boxes=1", "--stop", "first", "--jobs", 2)
 
 can_confine = pytest.mark.skipif(
-    not hasattr(os, "sched_setaffinity") or len(machine._usable_cores()) < 2,
+    not hasattr(os, "sched_setaffinity") or len(processors.usable_cores()) < 2,
     reason="needs two cores, and a system that confines processes to them",
 )
 
@@ -51,13 +52,13 @@ def test_cores_are_divided_equally(
     shares: list[tuple[int, ...]],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("bench.machine._usable_cores", lambda: cores)
+    monkeypatch.setattr("envs.processors.usable_cores", lambda: cores)
     assert machine.shares(jobs) == shares
 
 
 def test_the_cores_are_those_that_this_process_may_use() -> None:
-    cores = machine._usable_cores()
-    assert sorted(cpu for core in cores for cpu in core) == machine._usable_cpus()
+    cores = processors.usable_cores()
+    assert sorted(cpu for core in cores for cpu in core) == processors.usable_cpus()
 
 
 def test_judges_do_not_wait_for_each_other(
