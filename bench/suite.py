@@ -8,6 +8,7 @@ import json
 import logging
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import envs
@@ -153,10 +154,9 @@ class Suite:
     def _told(self, arena: Arena) -> dict[str, Any]:
         """What is worth knowing of the problems: facts that tables show, and of each problem
         whether its straight line is blocked."""
-        letters = straight_lines(arena.env, arena.problems)
-        facts = {"share_of_straight_lines_blocked": share_blocked(letters)}
+        facts = {"share_of_straight_lines_blocked": share_blocked(arena.straight_lines)}
         census = facts | arena.env.census(self.problems, self.seed)
-        return {"census": census, "straight_lines": letters}
+        return {"census": census, "straight_lines": arena.straight_lines}
 
 
 @dataclass(frozen=True)
@@ -184,6 +184,11 @@ class Arena:
         asked = tuple(env.sample_problems(problems, seed))  # first, as its errors say how many
         [warm_up] = env.sample_problems(1, training_seed("warm-up", seed))
         return Arena(entry, env, shown or entry.make(), asked, warm_up)
+
+    @cached_property
+    def straight_lines(self) -> str:
+        """See `bench.straight.straight_lines`."""
+        return straight_lines(self.env, self.problems)
 
     def weights(self, planner: Entry[Planner]) -> str:
         """The digest of the weights with which a planner plans here now, empty if it has none. What
