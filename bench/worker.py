@@ -105,12 +105,14 @@ class _Timed:
         self.begin = perf_counter()
         return self
 
-    def __exit__(self, *error: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
         self.seconds = perf_counter() - self.begin
         used = own_cpu_s()
         faulthandler.cancel_dump_traceback_later()
         wire.send(self._connection, {"mark": wire.ENDED})
-        self.cpu_s = max(0.0, used + below_cpu_s() - self._used)
+        # There may be no memory to look below with.
+        below = 0.0 if kind is not None and issubclass(kind, MemoryError) else below_cpu_s()
+        self.cpu_s = max(0.0, used + below - self._used)
 
 
 def _set_up(
@@ -194,8 +196,11 @@ def _fault(fault: Fault, error: str) -> wire.Message:
 
 
 def _told() -> str:
-    """The exception at hand with the end of its traceback."""
-    return _brief(traceback.format_exc(limit=-4).strip())
+    """The exception at hand with the end of its traceback, if there is memory for that."""
+    try:
+        return _brief(traceback.format_exc(limit=-4).strip())
+    except MemoryError:
+        return "out of memory"
 
 
 def _brief(said: object) -> str:

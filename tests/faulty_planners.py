@@ -106,6 +106,20 @@ class EatsMemory(Planner):
             eaten.append(np.zeros(25_000_000))
 
 
+class EatsAllMemory(Planner):
+    """Leaves nothing, not even for what says so."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        eaten, size = [], 2**26
+        while True:
+            try:
+                eaten.append(bytearray(size))
+            except MemoryError:  # noqa: PERF203  as it is meant to be
+                if size < 2**6:
+                    raise
+                size //= 2
+
+
 class Raises(Planner):
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         raise ValueError("I do not feel like planning")
@@ -280,6 +294,7 @@ EXPECTED = {
 
 SPECS = [
     *(spec(planner, id) for id, (planner, _) in EXPECTED.items()),
+    spec(EatsAllMemory, "eats-all-memory"),
     spec(Straight, "straight"),
     spec(Prints, "prints"),
     spec(Late, "late"),

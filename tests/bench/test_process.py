@@ -55,6 +55,16 @@ def test_what_it_leaves_behind_is_killed_off_the_clock(c3d: Environment, faulty:
     assert not faulty_planners.children_left()
 
 
+def test_one_that_leaves_no_memory_at_all_is_told_apart_from_a_crash(
+    c3d: Environment, faulty: list[str]
+) -> None:
+    asked = worker(c3d, "eats-all-memory", 700)
+    assert not asked.set_up(1, 60).fault
+    attempt = asked.solve(c3d.sample_problems(1, 0)[0], 30, math.inf)
+    assert attempt.status == Fault.OUT_OF_MEMORY.value, attempt.error
+    assert not asked.alive
+
+
 def test_a_group_is_ended_before_its_number_is_free(
     c3d: Environment, faulty: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
