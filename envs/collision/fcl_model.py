@@ -86,6 +86,7 @@ class CollisionModel:
         boxes = [f for o, f in zip(obstacles, self._obstacles, strict=True) if isinstance(o, Box)]
         self._boxes = _manager(boxes) if boxes else None
         around = [o for o in obstacles if not isinstance(o, Box)]
+        self._has_others = bool(around)
         self._around = shapes_of(
             [o if isinstance(o, Placed) else Placed(o, np.eye(4)) for o in around]
         )
@@ -185,7 +186,7 @@ class CollisionModel:
     def _own_distance(self, body: int, most: float) -> float:
         """The same, without boxes along the axes: see `separation`."""
         least = most
-        if len(self._around.rows):
+        if self._has_others:
             turn, shift = self._poses[body]
             turn = _UNTURNED if turn is None else turn
             found = least_separation(self._shapes, body, turn, shift, self._around, least)

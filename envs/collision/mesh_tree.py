@@ -47,6 +47,8 @@ class Trees(NamedTuple):
 def trees_of(meshes: Sequence[Mesh]) -> tuple[Trees, NDArray[np.int64]]:
     """Trees of meshes, and the first node of each (n,)."""
     each = [_tree_of(mesh) for mesh in meshes]
+    if len(each) == 1:  # as it is: a large one need not be there twice
+        return each[0], np.zeros(1, dtype=np.int64)
     nodes = np.cumsum([0, *(len(tree.radii) for tree in each)])
     faces = np.cumsum([0, *(len(tree.triangles) for tree in each)])
     children = [
