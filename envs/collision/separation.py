@@ -6,6 +6,7 @@ more than 1e-6 of it, or 1e-6 metres.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -76,11 +77,12 @@ def separation(
 
     Their rows (17,) and the poses (3, 4) of the frames that they are placed in are those of now.
     """
-    apart = np.sqrt(((row[9:12] - other[9:12]) ** 2).sum()) - row[15] - other[15]
-    if apart >= most:
-        return float(apart)
     if a.roots[i] < 0 and b.roots[j] < 0:
         return float(distance(row, other, most))
+    x, y, z = row[9] - other[9], row[10] - other[10], row[11] - other[11]
+    apart = math.sqrt(x * x + y * y + z * z) - row[15] - other[15]
+    if apart >= most:
+        return float(apart)
     here, there, between = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
     if a.roots[i] >= 0 and b.roots[j] >= 0:
         compose(pose, a.poses[i], here)
