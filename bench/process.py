@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -33,6 +34,8 @@ GRACE_SHARE, GRACE_S = 0.2, 1.0
 _POLL_S = 0.05  # how often a working process is looked at
 _GOODBYE_S = 2.0  # for an idle process to end when its parent hangs up
 _DIES_S = 5.0  # for one that closed its connection to be gone
+_LAST_OUTPUT = 2**15  # bytes of it that are looked at for what to quote
+_MOST_QUOTED = 2000  # characters
 _LOG_LIMIT = 16 * 2**20  # bytes of output kept of a planner that prints without end
 
 T = TypeVar("T")
@@ -239,8 +242,10 @@ class WorkerProcess:
         if self._log.closed:
             return ""
         size = self._log.seek(0, os.SEEK_END)
-        self._log.seek(max(0, size - 2000))
-        return self._log.read().decode(errors="replace")
+        self._log.seek(max(0, size - _LAST_OUTPUT))
+        said = self._log.read().decode(errors="replace")
+        # What faulthandler says last: names of a hundred libraries in one line.
+        return re.sub(r"\nExtension modules: .*", "", said)[-_MOST_QUOTED:]
 
 
 def _signal_name(number: int) -> str:

@@ -11,7 +11,6 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from envs.collision.shapes import Box, Cylinder, Mesh, Solid, Sphere
 from envs.errors import InputError
@@ -84,6 +83,8 @@ def _cover_of_mesh(solid: Mesh, slack: float) -> Spheres:
     """One sphere for each cell of a grid that holds some of the surface."""
     extent = float(np.ptp(solid.vertices, axis=0).max())
     cell = max(4 * slack, extent / _MOST_CELLS)
+    import trimesh  # takes half a second, which processes without meshes can save
+
     fine: Any = trimesh.Trimesh(solid.vertices, solid.faces, process=False).subdivide_to_size(
         cell, 20
     )

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import atexit
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.enclosure import Enclosure, filled, room
 from envs.collision.shapes import Mesh
 from envs.problem import Array
+
+if TYPE_CHECKING:  # what it imports takes a second, which processes without meshes can save
+    from envs.collision.enclosure import Enclosure
 
 _KEPT = 4  # meshes whose lids are kept in a process
 _CELLS = 128  # along the longest side of the grid on which holes are sought
@@ -46,11 +48,15 @@ class MeshQueries:
     @cached_property
     def filled(self) -> Enclosure:
         """The mesh as a solid, see `enclosure.filled`."""
+        from envs.collision.enclosure import filled
+
         return filled(Mesh(*self._arrays))
 
     @cached_property
     def room(self) -> Enclosure:
         """The mesh as a room, see `enclosure.room`."""
+        from envs.collision.enclosure import room
+
         return room(Mesh(*self._arrays))
 
     def is_inside(self, points: Array) -> NDArray[np.bool_]:
