@@ -41,9 +41,9 @@ def send(connection: socket.socket, message: Message, array: Array | None = None
     text = json.dumps({"message": message, "shape": shape}, default=plain).encode()
     numbers = b"" if array is None else np.ascontiguousarray(array, dtype="<f8").tobytes()
     _check_size(len(text), len(numbers))
-    connection.sendall(_LENGTHS.pack(len(text), len(numbers)))
-    connection.sendall(text)
-    connection.sendall(numbers)
+    connection.sendall(_LENGTHS.pack(len(text), len(numbers)) + text)
+    if numbers:  # else the other side has it all, and may be gone
+        connection.sendall(numbers)
 
 
 def receive(connection: socket.socket, until: float = np.inf) -> tuple[Message, Array | None]:

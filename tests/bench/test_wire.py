@@ -106,3 +106,25 @@ def test_what_is_too_large_is_not_sent() -> None:
     here, there = socket.socketpair()
     with here, there, pytest.raises(ValueError, match="bytes"):
         wire.send(here, {"text": "x" * wire.MOST_TEXT})
+
+
+class GoneOnceTold:
+    """A connection whose other side closes as soon as it has a whole message."""
+
+    def __init__(self) -> None:
+        self.sent = b""
+
+    def sendall(self, data: bytes) -> None:
+        if len(self.sent) >= 16 and len(self.sent) == 16 + sum(
+            struct.unpack("<QQ", self.sent[:16])
+        ):
+            raise BrokenPipeError
+        self.sent += data
+
+
+@pytest.mark.parametrize("array", [None, np.zeros((0, 3)), np.ones((4, 3))])
+def test_the_other_side_may_end_once_it_has_the_message(array: np.ndarray | None) -> None:
+    """As a worker does that has nothing more to do."""
+    connection = GoneOnceTold()
+    wire.send(connection, {"mark": wire.GO}, array)  # type: ignore[arg-type]
+    assert connection.sent.endswith(b"}" if array is None or not array.size else array.tobytes())
