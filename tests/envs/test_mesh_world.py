@@ -232,5 +232,6 @@ def test_real_rooms(name: str) -> None:
     free = clearance > 0
     assert 0.05 < free.mean() < 0.6
     exact = np.array([model.clearance(one) for one in q[free]])
-    assert exact == pytest.approx(clearance[free], abs=1e-9)
+    assert (exact <= clearance[free] + 1e-9).all()  # never above the truth, and hardly below
+    assert exact == pytest.approx(clearance[free], rel=1e-6, abs=1e-6)
     assert len(world.sample_problems(10, 0)) == 10
