@@ -12,6 +12,7 @@ from urllib.parse import quote
 
 from bench.record import COLUMNS, KEY
 from envs import InputError
+from envs.errors import printable
 
 FILE = "run.sqlite"
 TABLES = {
@@ -162,6 +163,7 @@ def _connected(file: Path, mode: str) -> sqlite3.Connection:
     uri = f"file:{quote(bytes(file.absolute()))}?mode={mode}"
     connection = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=30)
     connection.create_function("row_digest", -1, row_digest, deterministic=True)
+    connection.execute("PRAGMA trusted_schema = OFF")  # a stranger's file calls no functions
     return connection
 
 
@@ -224,6 +226,7 @@ def _version(connection: sqlite3.Connection, file: Path) -> int | None:
     [application] = connection.execute("PRAGMA application_id").fetchone()
     if application != _APPLICATION_ID:
         raise InputError(f"{file} is not a store of this program; choose another folder")
+    _check_contents(connection, file)
     version: int
     [version] = connection.execute("PRAGMA user_version").fetchone()
     if version not in _READABLE:
@@ -232,6 +235,18 @@ def _version(connection: sqlite3.Connection, file: Path) -> int | None:
             f"{_READABLE[-1]}; use the program that made it, or choose another folder"
         )
     return version
+
+
+def _check_contents(connection: sqlite3.Connection, file: Path) -> None:
+    """Refuses what would act by itself when rows are read or put: triggers, views and the like. A
+    store holds its tables and SQLite's own indices of them."""
+    for kind, name, sql in connection.execute("SELECT type, name, sql FROM sqlite_master"):
+        of_a_store = name in TABLES and str(sql).upper().startswith("CREATE TABLE")
+        if not (of_a_store if kind == "table" else kind == "index" and sql is None):
+            raise InputError(
+                f"{file} holds {printable(f'{kind} {name!r}')}, which is none of a store's: "
+                "do not use it, or remove that"
+            )
 
 
 def _check(connection: sqlite3.Connection, file: Path, version: int) -> None:
