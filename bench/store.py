@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 import pandas as pd
 
-from bench.record import COLUMNS, Record
+from bench.record import COLUMNS, KEY, Fault, Record
 from bench.store_file import FILE, TABLES, digest, in_words, opened_to_read, opened_to_write
 from envs import InputError
 
@@ -28,6 +28,13 @@ S = TypeVar("S", bound="StoredRecords")
 
 FORCED_EVERY_S = 1.0
 """How much of a run, in seconds, the machine may take with it at most when it loses its power."""
+
+
+_KEY_OF_SKIPPED = tuple(column for column in KEY if column != "weights")
+_DROP_SKIPPED = (
+    f"DELETE FROM records WHERE {' AND '.join(f'{column} = ?' for column in _KEY_OF_SKIPPED)}"
+    " AND status = ?"
+)
 
 
 class StoredRecords:
@@ -126,9 +133,12 @@ class Store(StoredRecords):
         return opened_to_write(folder)
 
     def put(self, record: Record) -> None:
-        """Adds a record at once, in place of one with the same key. Whatever ends this process, it
-        is there; see `FORCED_EVERY_S`."""
-        self._put("records", astuple(record), forced=monotonic() >= self._forced + FORCED_EVERY_S)
+        """Adds a record at once, in place of one with the same key, or of one that says that there
+        were no weights to attempt it with. Whatever ends this process, it is there; see
+        `FORCED_EVERY_S`."""
+        forced = monotonic() >= self._forced + FORCED_EVERY_S
+        skipped = [getattr(record, column) for column in _KEY_OF_SKIPPED] + [Fault.SKIPPED.value]
+        self._put("records", astuple(record), forced=forced, first=(_DROP_SKIPPED, skipped))
 
     def put_selection(self, selection: dict[str, Any]) -> None:
         """Notes what was asked for last, which is what `bench report` shows."""
@@ -138,13 +148,22 @@ class Store(StoredRecords):
         """Notes when, where and at what cost some records were measured."""
         self._put("sessions", (run_id, json.dumps(session)))
 
-    def _put(self, table: str, values: Sequence[Any], *, forced: bool = True) -> None:
-        """Adds a row; `forced` sees to it that it is on the disk, with all before it."""
+    def _put(
+        self,
+        table: str,
+        values: Sequence[Any],
+        *,
+        forced: bool = True,
+        first: tuple[str, Sequence[Any]] = ("", ()),
+    ) -> None:
+        """Adds a row, after a statement with its values and in one transaction with it; `forced`
+        sees to it that it is on the disk, with all before it."""
         marks = [f"?{i + 1}" for i in range(len(TABLES[table]))]
         with self._lock, in_words(self._file):
             # FULL writes out the whole log, whose end alone NORMAL would leave to the system.
             self._connection.execute(f"PRAGMA synchronous = {'FULL' if forced else 'NORMAL'}")
             with self._connection:
+                self._connection.execute(*first)
                 self._connection.execute(
                     f"INSERT OR REPLACE INTO {table} VALUES ({', '.join(marks)}, {digest(marks)})",
                     values,
