@@ -29,7 +29,6 @@ S = TypeVar("S", bound="StoredRecords")
 FORCED_EVERY_S = 1.0
 """How much of a run, in seconds, the machine may take with it at most when it loses its power."""
 
-
 _KEY_OF_SKIPPED = tuple(column for column in KEY if column != "weights")
 _DROP_SKIPPED = (
     f"DELETE FROM records WHERE {' AND '.join(f'{column} = ?' for column in _KEY_OF_SKIPPED)}"
@@ -138,7 +137,7 @@ class Store(StoredRecords):
         `FORCED_EVERY_S`."""
         forced = monotonic() >= self._forced + FORCED_EVERY_S
         skipped = [getattr(record, column) for column in _KEY_OF_SKIPPED] + [Fault.SKIPPED.value]
-        self._put("records", astuple(record), forced=forced, first=(_DROP_SKIPPED, skipped))
+        self._put("records", astuple(record), (_DROP_SKIPPED, skipped), forced=forced)
 
     def put_selection(self, selection: dict[str, Any]) -> None:
         """Notes what was asked for last, which is what `bench report` shows."""
@@ -152,18 +151,18 @@ class Store(StoredRecords):
         self,
         table: str,
         values: Sequence[Any],
-        *,
+        *before: tuple[str, Sequence[Any]],
         forced: bool = True,
-        first: tuple[str, Sequence[Any]] = ("", ()),
     ) -> None:
-        """Adds a row, after a statement with its values and in one transaction with it; `forced`
-        sees to it that it is on the disk, with all before it."""
+        """Adds a row, in one transaction with what must be done before it: statements with their
+        values. `forced` sees to it that it is on the disk, with all that came earlier."""
         marks = [f"?{i + 1}" for i in range(len(TABLES[table]))]
         with self._lock, in_words(self._file):
             # FULL writes out the whole log, whose end alone NORMAL would leave to the system.
             self._connection.execute(f"PRAGMA synchronous = {'FULL' if forced else 'NORMAL'}")
             with self._connection:
-                self._connection.execute(*first)
+                for statement, bound in before:
+                    self._connection.execute(statement, bound)
                 self._connection.execute(
                     f"INSERT OR REPLACE INTO {table} VALUES ({', '.join(marks)}, {digest(marks)})",
                     values,
