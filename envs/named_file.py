@@ -18,12 +18,21 @@ def within(name: str, folder: Path) -> Path:
     Raises:
         InputError: it is elsewhere.
     """
-    path = Path(os.path.normpath(folder.absolute() / name))
-    if not path.is_relative_to(folder.absolute().parent) or _ups(name) > 1:
+    home = _without_ups(folder.absolute())
+    path = Path(os.path.normpath(home / name))
+    if not path.is_relative_to(home.parent) or _ups(name) > 1:
         raise InputError(
             f"{name} climbs out of the folder above {folder}; put it there and correct its name"
         )
     return path
+
+
+def _without_ups(folder: Path) -> Path:
+    """The same folder, called without "..". What stands before the last ".." is followed if it is a
+    link, as the file system does: from a link, ".." leads to where the link's target is."""
+    parts = folder.parts
+    ups = max((at + 1 for at, part in enumerate(parts) if part == ".."), default=0)
+    return Path(*parts[:ups]).resolve().joinpath(*parts[ups:])
 
 
 def _ups(name: str) -> int:
