@@ -9,6 +9,7 @@ from typing import Any
 
 import faulty_planners
 import pandas as pd
+import psutil
 import pytest
 
 import envs
@@ -20,6 +21,16 @@ from planners import parallel
 
 Cli = Callable[..., tuple[int, str, str]]
 Refused = Callable[..., str]
+
+
+def pytest_configure() -> None:
+    """Tests run side by side, one on a core: threads that spin while they wait for another's core
+    would take minutes. Set before anything that has threads is imported."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: item.get_closest_marker("minutes") is None)
 
 
 def has_data(name: str) -> bool:
@@ -37,6 +48,13 @@ def records_of(folder: Path) -> pd.DataFrame:
 def c3d() -> Environment:
     """Scene 0."""
     return envs.make("c3d")
+
+
+@pytest.fixture
+def new_children() -> Callable[[], list[psutil.Process]]:
+    """The processes that this one started since the test began, and that are there still."""
+    before = psutil.Process().children()
+    return lambda: [child for child in psutil.Process().children() if child not in before]
 
 
 @pytest.fixture

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
+from statistics import geometric_mean
 
 import numpy as np
-from scipy.stats import gmean
 
 from bench.gate.baseline import MEASURES, Baseline, Row
 from bench.gate.ratios import least_p, noticed_factor, p_of_worse_ratio
@@ -226,8 +226,8 @@ def _ratio(row: Row, name: str, before: Array, now: Array, tolerance: float) -> 
         planner=row.planner,
         what=name,
         problems=(len(now), len(now)),
-        before=float(gmean(before)),
-        now=float(gmean(now)),
+        before=float(geometric_mean(before)),
+        now=float(geometric_mean(now)),
         p=p_of_worse_ratio(before, now, tolerance=tolerance, more_is_better=more_is_better),
         least_p=least_p(len(now)),
         changes=np.log(before / now if more_is_better else now / before),

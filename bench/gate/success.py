@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binom
+from scipy.special import bdtrc
 
 from bench.gate.baseline import FAILED, MISSING, STRAIGHT, Row
 from bench.stats import changed_outcomes, paired_drop, success_drop
@@ -82,11 +82,11 @@ class SuccessTest:
         with probability `fall`, and none is gained: at least that of as many lost as are always
         enough, or of as many of those that only a change can lose."""
         needed = self.noticed(threshold)
-        always = 0.0 if needed is None else float(binom.sf(needed - 1, self.before[0], fall))
+        always = 0.0 if needed is None else float(bdtrc(needed - 1, self.before[0], fall))
         if self.name != "repeated":
             return always
         sure = [k for k in range(1, self.sure + 1) if self._p(0, k, 0, k) <= threshold]
-        return max(always, float(binom.sf(sure[0] - 1, self.sure, fall)) if sure else 0.0)
+        return max(always, float(bdtrc(sure[0] - 1, self.sure, fall)) if sure else 0.0)
 
     def _p_after(self, lost: int) -> float:
         problems = self.now[1]

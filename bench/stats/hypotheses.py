@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import binom, binomtest, fisher_exact, rankdata, wilcoxon
+from scipy.special import bdtrc
 
 from bench.stats import pairs
 from bench.stats.walsh import subset_sums
@@ -65,6 +65,8 @@ def mcnemar(first: ArrayLike, second: ArrayLike) -> McNemar:
     Raises:
         ValueError: the shapes differ.
     """
+    from scipy.stats import binomtest  # nearly a second, which most commands can save
+
     one, other = pairs.flags(first, second)
     only_first, only_second = int((one & ~other).sum()), int((other & ~one).sum())
     discordant = only_first + only_second
@@ -86,6 +88,8 @@ def signed_rank(first: ArrayLike, second: ArrayLike) -> SignedRank:
     Raises:
         ValueError: the shapes differ, or a value is not finite.
     """
+    from scipy.stats import rankdata, wilcoxon
+
     one, other = pairs.values(first, second)
     difference = other - one
     difference = difference[difference != 0]
@@ -124,6 +128,8 @@ def success_drop(before: tuple[int, int], after: tuple[int, int]) -> float:
     Raises:
         ValueError: the counts make no sense.
     """
+    from scipy.stats import fisher_exact
+
     for successes, trials in (before, after):
         if not 0 <= successes <= trials:
             raise ValueError(f"{successes} successes of {trials} trials")
@@ -142,6 +148,8 @@ def paired_drop(lost: int, gained: int) -> float:
     Raises:
         ValueError: a count is negative.
     """
+    from scipy.stats import binomtest
+
     if min(lost, gained) < 0:
         raise ValueError(f"{lost} lost and {gained} gained")
     if lost + gained == 0:
@@ -152,7 +160,7 @@ def paired_drop(lost: int, gained: int) -> float:
 def changed_outcomes(changed: int, attempts: int, rate: float) -> float:
     """The p-value of outcomes that changed although everything was repeated: of so many, or more,
     if each changes with probability `rate` at most. Of none, or fewer, p is 1."""
-    return float(binom.sf(changed - 1, attempts, rate))
+    return float(bdtrc(changed - 1, attempts, rate))
 
 
 def holm(p_values: ArrayLike) -> Array:

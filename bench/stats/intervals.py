@@ -6,7 +6,7 @@ from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import beta, binom
+from scipy.special import bdtr, betainccinv, betaincinv
 
 from envs.problem import Array
 
@@ -56,8 +56,8 @@ def clopper_pearson_interval(
     """
     _check(np.array([successes]), trials, confidence)
     tail, failures = (1 - confidence) / 2, trials - successes
-    low = 0.0 if successes == 0 else float(beta.ppf(tail, successes, failures + 1))
-    high = 1.0 if failures == 0 else float(beta.isf(tail, successes + 1, failures))
+    low = 0.0 if successes == 0 else float(betaincinv(successes, failures + 1, tail))
+    high = 1.0 if failures == 0 else float(betainccinv(successes + 1, failures, tail))
     return low, high
 
 
@@ -76,9 +76,7 @@ def median_ranks(n: int, confidence: float = 0.95) -> tuple[int, int] | None:
     _check(np.array([0]), n, confidence)
     # As many values as may be left out at either end: the most with P(Bin <= left out) <= tail.
     tail = (1 - confidence) / 2
-    left_out = int(binom.ppf(tail, n, 0.5))
-    if binom.cdf(left_out, n, 0.5) > tail:
-        left_out -= 1
+    left_out = int((bdtr(np.arange(n // 2), n, 0.5) <= tail).sum()) - 1
     return None if left_out < 0 else (left_out, n - 1 - left_out)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from envs.collision.mesh import queries
@@ -75,6 +74,8 @@ def _is_inside(mesh: Mesh, turn: Array, shift: Array, points: Array) -> bool:
 def piece_points(solid: Solid) -> Array:
     """A point (n, 3) of each connected piece of a solid, in its frame."""
     if isinstance(solid, Mesh):
+        import trimesh  # half a second, which processes without meshes can save
+
         whole = trimesh.Trimesh(solid.vertices, solid.faces, process=False)
         pieces = trimesh.graph.connected_components(
             whole.face_adjacency, nodes=np.arange(len(solid.faces))

@@ -7,7 +7,6 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
-import igl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,6 +25,8 @@ class MeshQueries:
     """Distances to a mesh and what it encloses, with the trees that make them fast."""
 
     def __init__(self, mesh: Mesh) -> None:
+        import igl  # a sixth of a second, which processes without meshes can save
+
         # Copies: libigl wants arrays that it may write to.
         self._arrays = np.array(mesh.vertices), np.array(mesh.faces)
         self._tree = igl.AABB()
@@ -92,6 +93,8 @@ def lids(mesh: Mesh, enclosure: Enclosure | None = None) -> Mesh | None:
     the level set by marching cubes, without its parts along the mesh's own surface. Holes narrower
     than a cell, a 128th of the mesh's longest side, stay open.
     """
+    import igl
+
     enclosure = enclosure or queries(mesh).filled
     if not enclosure.has_holes:
         return None

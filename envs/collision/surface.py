@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 
 from envs.collision.shapes import Box, Cylinder, Obstacle, Placed, Solid, Sphere
 from envs.problem import Array
+
+if TYPE_CHECKING:
+    import trimesh
 
 SURFACE_POINTS = 20_000
 """How many learners look at, as in the paper."""
@@ -19,6 +22,8 @@ def surface_points(obstacles: Sequence[Obstacle], n: int, seed: int) -> Array:
 
     Where obstacles overlap, surface that lies within another is sampled as well.
     """
+    import trimesh  # half a second, which processes that look at no surface can save
+
     mesh = trimesh.util.concatenate([triangulated(obstacle) for obstacle in obstacles])
     points, _ = trimesh.sample.sample_surface(mesh, n, seed=seed)
     return np.asarray(points, dtype=np.float64)
@@ -34,6 +39,8 @@ def triangulated(obstacle: Obstacle) -> trimesh.Trimesh:
 
 
 def _triangulated(solid: Solid) -> trimesh.Trimesh:
+    import trimesh
+
     if isinstance(solid, Box):
         box: trimesh.Trimesh = trimesh.creation.box(solid.sides)
         box.apply_translation(solid.center)

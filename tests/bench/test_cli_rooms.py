@@ -17,6 +17,8 @@ from planners.fields.methods import IN_ROOMS, survey
 from planners.fields.objectives import Regression
 from planners.training import Recipe, TrainingState
 
+pytestmark = pytest.mark.minutes
+
 
 @pytest.fixture
 def two_rooms(tmp_path: Path) -> str:

@@ -8,6 +8,7 @@ import sys
 import tempfile
 import threading
 import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -17,6 +18,8 @@ from conftest import Cli, records_of
 
 from bench.progress import Progress
 from bench.record import Record
+
+pytestmark = pytest.mark.minutes
 
 NASTY = Path(__file__).parents[1] / "nasty_planner.py"
 GOOD = ["rrtconnect", "rrtconnect:range=2"]
@@ -34,7 +37,10 @@ RUN = [
 
 
 def test_beside_a_nasty_planner_the_others_lose_nothing_and_nothing_stays(
-    bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    bench: Cli,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    new_children: Callable[[], list[psutil.Process]],
 ) -> None:
     # Two at a time, also where there is one core: how fast planners are does not matter here.
     monkeypatch.setattr("envs.processors.physical_cores", lambda: 2)
@@ -50,7 +56,7 @@ def test_beside_a_nasty_planner_the_others_lose_nothing_and_nothing_stays(
     code, _, err = bench(*RUN, "--planners", ",".join([*GOOD, "nasty"]), "--out", together)
     assert code == 0, err
     assert held_by_this_process() == held
-    assert not psutil.Process().children()
+    assert not new_children()
     assert not processes_in(current), "helpers of the planner that its process left behind"
     assert not list(Path("/dev/shm").glob(f"nasty-{os.getpid()}-*"))
     assert not list(temporary.iterdir())

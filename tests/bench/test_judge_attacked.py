@@ -24,6 +24,8 @@ from envs import Environment, Problem
 from envs.collision.fcl_model import DEFAULT_TOLERANCE
 from envs.problem import Array
 
+pytestmark = pytest.mark.minutes
+
 OUTSIDE, INSIDE = "outside", "inside"
 
 

@@ -16,6 +16,8 @@ from conftest import Cli, Refused, records_of
 
 from bench.folder_lock import locked
 
+pytestmark = pytest.mark.minutes
+
 KILLS = 50
 PROBLEMS = 3000
 """More than are measured between the kills."""

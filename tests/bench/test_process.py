@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import faulty_planners
 import psutil
@@ -33,7 +34,9 @@ def test_a_worker_ends_of_itself_with_exit_code_0(planner: str, c3d: Environment
     asked.close()  # again is no error
 
 
-def test_one_that_hangs_is_gone_at_once(c3d: Environment, faulty: list[str]) -> None:
+def test_one_that_hangs_is_gone_at_once(
+    c3d: Environment, faulty: list[str], new_children: Callable[[], list[psutil.Process]]
+) -> None:
     asked = worker(c3d, "hangs-in-c")
     assert not asked.set_up(1, 60).fault
     [problem] = c3d.sample_problems(1, 0)
@@ -42,7 +45,7 @@ def test_one_that_hangs_is_gone_at_once(c3d: Environment, faulty: list[str]) -> 
     assert attempt.solve_s is not None
     assert 1.0 < attempt.solve_s < 4.0
     assert not asked.alive
-    assert not psutil.Process().children()
+    assert not new_children()
 
 
 def test_what_it_leaves_behind_is_killed_off_the_clock(c3d: Environment, faulty: list[str]) -> None:
@@ -86,10 +89,12 @@ def test_a_group_is_ended_before_its_number_is_free(
     assert seen == [psutil.STATUS_ZOMBIE] * 3, "another process may get the number of one reaped"
 
 
-def test_one_that_never_solved_anything_ends_too(c3d: Environment) -> None:
+def test_one_that_never_solved_anything_ends_too(
+    c3d: Environment, new_children: Callable[[], list[psutil.Process]]
+) -> None:
     idle = worker(c3d, "rrtconnect")
     idle.close()
-    assert not psutil.Process().children()
+    assert not new_children()
 
 
 def test_threads_are_pinned_to_one(c3d: Environment, faulty: list[str]) -> None:
