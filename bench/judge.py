@@ -10,7 +10,6 @@ from bench import metrics
 from bench.record import MOST_WAYPOINTS, Verdict
 from envs import Environment, Path, Problem
 from envs.collision.continuous import FIRST_QUERIES, UndecidedError
-from envs.collision.fcl_model import DEFAULT_TOLERANCE
 from envs.problem import Array
 
 ENDPOINT_TOLERANCE = 1e-6
@@ -49,12 +48,11 @@ class Judge:
 
     Args:
         env: must be the judge's own, made from the spec, never one that a planner has held.
-        tolerance: of the collision check and the safety margin, in workspace units.
     """
 
-    def __init__(self, env: Environment, tolerance: float = DEFAULT_TOLERANCE) -> None:
+    def __init__(self, env: Environment) -> None:
         self._env = env
-        self._model = env.collision_model(tolerance)
+        self._model = env.collision_model()
         self._diagonal = float(np.linalg.norm(env.upper - env.lower))
 
     def __call__(self, problem: Problem, claimed: Array | None) -> Judgement:

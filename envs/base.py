@@ -18,12 +18,17 @@ from envs.problem import Array, Problem
 from envs.robots.base import Robot
 from envs.speed import SpeedModel
 
+_FINEST = 2e-5
+"""The least tolerance, by the extent of a scene: what the judge asks to decide on a segment grows
+with the inverse of this."""
+
 
 class Environment(ABC):
     """A robot, a scene and the bounds of the configuration space.
 
     Attributes:
         lower, upper: (d,) bounds of the configurations, in the environment's unit.
+        min_clearance: least clearance of a problem's start and goal, in workspace units.
         robot: the moving body.
         obstacles: shapes in the workspace frame.
         speed_model: equation 3 with this environment's constants.
@@ -31,6 +36,7 @@ class Environment(ABC):
 
     lower: Array
     upper: Array
+    min_clearance: float
     robot: Robot
     obstacles: Sequence[Obstacle]
     speed_model: SpeedModel
@@ -39,6 +45,26 @@ class Environment(ABC):
     def dimension(self) -> int:
         """d, the number of coordinates of a configuration."""
         return len(self.lower)
+
+    @property
+    def extent(self) -> float:
+        """How far from each other, along an axis, places can be that the robot comes to, in
+        workspace units: by default, for robots that translate, the largest side of the bounds."""
+        return float((self.upper - self.lower).max())
+
+    @property
+    def tolerance(self) -> float:
+        """To which the judge decides (see `CollisionModel`), in workspace units: 1e-3, but in
+        scenes of more than 50 units a 50,000th of the `extent`, up to a quarter of what the ends
+        of problems keep clear."""
+        return min(max(DEFAULT_TOLERANCE, _FINEST * self.extent), self.min_clearance / 4)
+
+    @property
+    def planning_tolerance(self) -> float:
+        """For planners, in workspace units: motions found free at this one have more than the
+        judge's tolerance everywhere, so that it refuses none of them. At the judge's own, half of
+        that would be accepted."""
+        return 2 * self.tolerance
 
     @property
     def free_bounds(self) -> tuple[Array, Array]:
@@ -127,9 +153,11 @@ class Environment(ABC):
         slack = 1e-9 * (self.upper - self.lower)
         return ((q >= self.lower - slack) & (q <= self.upper + slack)).all(axis=-1)
 
-    def collision_model(self, tolerance: float = DEFAULT_TOLERANCE) -> CollisionModel:
-        """A new FCL model of this robot and scene."""
-        return CollisionModel(self.robot, self.obstacles, tolerance, self.allowed)
+    def collision_model(self, tolerance: float | None = None) -> CollisionModel:
+        """A new FCL model of this robot and scene, which decides to a tolerance in workspace units,
+        by default that of the judge (`tolerance`)."""
+        decides_to = self.tolerance if tolerance is None else tolerance
+        return CollisionModel(self.robot, self.obstacles, decides_to, self.allowed)
 
     @property
     def fingerprint(self) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from envs import Environment, Problem
-from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.problem import Array
 from planners.base import Budget, Planner, PlannerResult, Status
 
@@ -20,7 +19,7 @@ class _Proposer(Planner):
 
     def setup(self, env: Environment, *, seed: int) -> None:
         self._lower, self._upper = env.free_bounds
-        self._model = env.collision_model(PLANNING_TOLERANCE)
+        self._model = env.collision_model(env.planning_tolerance)
         self._checks_before = 0
 
     def _begin(self) -> None:

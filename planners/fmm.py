@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from envs import Environment, InputError, Problem
-from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.problem import Array
 from planners.base import Budget, Planner, PlannerResult, Status
 from planners.fast_marching import SpeedGrid, default_resolution
@@ -58,7 +57,7 @@ class FastMarching(Planner):
         if path is None:
             return PlannerResult(Status.APPROXIMATE_SOLUTION)
         # The speed is not 0 within obstacles: what has no way round has a path through them.
-        [free] = self._env.paths_are_free([path], PLANNING_TOLERANCE)
+        [free] = self._env.paths_are_free([path], self._env.planning_tolerance)
         return PlannerResult(Status.EXACT_SOLUTION if free else Status.APPROXIMATE_SOLUTION, path)
 
     def times_and_speeds(self, source: Array, q: Array) -> tuple[Array, Array]:

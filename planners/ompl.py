@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from envs import Environment, InputError, Problem
-from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.collision.shapes import Mesh
 from envs.problem import Array
 from envs.seeding import training_seed
@@ -90,7 +89,7 @@ class OmplPlanner(Planner):
     def setup(self, env: Environment, *, seed: int) -> None:
         _, _, util = ompl_import.load()
         self._space = box_space(*env.free_bounds)  # samples elsewhere would be in vain
-        self._model = env.collision_model(PLANNING_TOLERANCE)
+        self._model = env.collision_model(env.planning_tolerance)
         self._si = space_information(self._space)
         self._progress = Progress()
         self._validity = Validity(self._si, env, self._model, self._algorithm, self._progress)

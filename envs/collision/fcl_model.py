@@ -26,10 +26,6 @@ from envs.robots.base import Robot
 
 DEFAULT_TOLERANCE = 1e-3
 
-PLANNING_TOLERANCE = 2 * DEFAULT_TOLERANCE
-"""For planners: motions found free at this one have more than the judge's tolerance everywhere, so
-that it refuses none of them. At the judge's own, half of that would be accepted."""
-
 Allowed = Callable[[Array], NDArray[np.bool_]]
 
 _NEAR = 5e-3

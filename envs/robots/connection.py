@@ -11,7 +11,6 @@ from typing import Any
 import numba
 import numpy as np
 
-from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.collision.primitives import SceneView
 from envs.problem import Array
 from envs.robots.arm import ArmView
@@ -24,9 +23,12 @@ _STEP = 0.5
 """The longest motion, in radians or metres."""
 
 
-def joined(arm: ArmView, scene: SceneView, start: Array, goal: Array, samples: Array) -> bool:
-    """Whether a search that draws `samples` (n, d) joins two configurations (d,)."""
-    return bool(_joined(arm, scene, start, goal, samples, _STEP, PLANNING_TOLERANCE))
+def joined(
+    arm: ArmView, scene: SceneView, start: Array, goal: Array, samples: Array, tolerance: float
+) -> bool:
+    """Whether a search that draws `samples` (n, d) joins two configurations (d,) by motions that
+    are certified to a tolerance in metres."""
+    return bool(_joined(arm, scene, start, goal, samples, _STEP, tolerance))
 
 
 _jit = numba.njit(cache=True, nogil=True)

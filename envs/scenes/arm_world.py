@@ -12,12 +12,7 @@ from numpy.typing import NDArray
 
 from envs.base import Environment
 from envs.collision.containment import Containment
-from envs.collision.fcl_model import (
-    DEFAULT_TOLERANCE,
-    PLANNING_TOLERANCE,
-    Allowed,
-    CollisionModel,
-)
+from envs.collision.fcl_model import Allowed, CollisionModel
 from envs.collision.primitives import SceneView, view_of
 from envs.collision.shapes import Placed, rounded
 from envs.errors import InputError
@@ -95,6 +90,10 @@ class ArmWorld(Environment):
         self._seeds = seeds
         self._last_made: tuple[tuple[int, int] | None, _Made] = (None, _Made())
 
+    @property
+    def extent(self) -> float:
+        return 2 * self.robot.extent
+
     @cached_property
     def scene(self) -> SceneView:
         """The obstacles as compiled code sees them."""
@@ -130,9 +129,13 @@ class ArmWorld(Environment):
         containment = Containment(self.robot, self.obstacles)
         return containment if containment.possible else None
 
-    def collision_model(self, tolerance: float = DEFAULT_TOLERANCE) -> CollisionModel:
+    def collision_model(self, tolerance: float | None = None) -> CollisionModel:
         return CollisionModel(
-            self.robot, self.obstacles, tolerance, self.allowed, self._part_clearances
+            self.robot,
+            self.obstacles,
+            self.tolerance if tolerance is None else tolerance,
+            self.allowed,
+            self._part_clearances,
         )
 
     def _part_clearances(self, q: Array) -> Array:
@@ -144,7 +147,7 @@ class ArmWorld(Environment):
     def kept(self) -> Array:
         """What parts keep from each other at a problem's ends, (p, p), in metres: `min_clearance`,
         or half of what they come apart beyond what planners must keep."""
-        farthest, least = self.robot.link_pairs.farthest, PLANNING_TOLERANCE
+        farthest, least = self.robot.link_pairs.farthest, self.planning_tolerance
         half = np.clip((farthest + least) / 2, least, self.min_clearance)
         return np.where(farthest < FAR, half, self.min_clearance)
 
@@ -218,7 +221,7 @@ class ArmWorld(Environment):
         if straight and sum(recent) == self.most_free_of_five:
             return False
         draws = rng.uniform(self.lower, self.upper, (connection.ITERATIONS, self.dimension))
-        if not connection.joined(arm, scene, start, goal, draws):
+        if not connection.joined(arm, scene, start, goal, draws, self.planning_tolerance):
             made.dropped += 1
             return False
         made.straight.append(straight)

@@ -12,7 +12,6 @@ import torch
 from torch import Tensor, nn
 
 from envs import Environment, InputError, Problem
-from envs.collision.fcl_model import DEFAULT_TOLERANCE
 from envs.problem import Array
 from planners.base import Budget, PlannerResult, Status
 from planners.fields.compiled import CompiledField
@@ -52,7 +51,7 @@ ATTEMPTS_FOR_ARMS = (
 )
 """The same for arms."""
 
-_SAFE = 3 * DEFAULT_TOLERANCE  # what the check finds free, the judge, at its tolerance, does too
+_SAFE = 3  # of the judge's tolerance: what the check finds free, the judge does too
 
 
 def _attempts(net: Any) -> tuple[Descent, ...]:
@@ -218,7 +217,7 @@ class FieldPlanner(LearnedPlanner):
         return grown
 
     def _free(self, paths: Sequence[Array]) -> Any:
-        return self._env.paths_are_free(paths, _SAFE)
+        return self._env.paths_are_free(paths, _SAFE * self._env.tolerance)
 
     def _tensor(self, q: Array) -> Tensor:
         return torch.from_numpy(self._scale.shrink(q)).float().to(self.device)

@@ -14,7 +14,6 @@ from torch import nn
 
 import planners
 from envs import Environment, InputError, Problem
-from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.problem import Array
 from envs.seeding import derived_seed
 from planners.base import Budget, Planner, PlannerResult, Status
@@ -119,7 +118,7 @@ class MpnetPlanner(LearnedPlanner):
     def _use(self, env: Environment, net: Any) -> None:
         """Plans in `env` with `net` from now on."""
         self._env = env
-        self._model = env.collision_model(PLANNING_TOLERANCE)
+        self._model = env.collision_model(env.planning_tolerance)
         points = torch.from_numpy(cloud(env)).float()[None]
         with torch.no_grad():
             code = net.encoder(points.to(next(net.parameters()).device))[0]

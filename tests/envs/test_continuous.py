@@ -12,7 +12,7 @@ from envs.collision.continuous import (
     path_min_clearance,
     segment_is_free,
 )
-from envs.collision.fcl_model import PLANNING_TOLERANCE, CollisionModel
+from envs.collision.fcl_model import CollisionModel
 from envs.collision.shapes import Box
 from envs.robots.point import PointRobot
 
@@ -199,7 +199,7 @@ def test_both_checks_agree() -> None:
 
 def test_the_judge_refuses_no_motion_that_planners_find_free() -> None:
     """Past an edge of a box at about the tolerance, where checks at the same tolerance disagree."""
-    judge, planner = one_box(), one_box(tolerance=PLANNING_TOLERANCE)
+    judge, planner = one_box(), one_box(tolerance=2e-3)
     rng = np.random.default_rng(0)
     disagreed = 0
     for _ in range(3000):

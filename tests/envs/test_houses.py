@@ -7,7 +7,6 @@ import pytest
 
 import envs
 from envs import Environment
-from envs.collision.fcl_model import PLANNING_TOLERANCE
 from envs.problem import Array
 from envs.scenes.floor_plan import Plan, make_plan
 from envs.scenes.furniture import ROOMS
@@ -120,6 +119,6 @@ def test_beside_a_narrow_hole_the_judge_refuses_no_motion_that_planners_find_fre
     house = envs.make("gibson-generated")
     a = np.array([-3.0504947270784513, -6.46532896127882, 0.04108671654280793])
     b = np.array([-5.2813539567128736, -4.855539241821832, -0.27059099499537975])
-    assert house.collision_model(PLANNING_TOLERANCE).segment_is_free(a, b)
+    assert house.collision_model(house.planning_tolerance).segment_is_free(a, b)
     judge = house.collision_model()
     assert judge.min_clearance(np.array([a, b])) > judge.tolerance
