@@ -9,6 +9,7 @@ import pandas as pd
 
 from bench.report import cells
 from bench.report.recorded import RecordedRun
+from envs.errors import printable
 
 
 def write(run: RecordedRun, file: Path) -> None:
@@ -28,7 +29,8 @@ def text(run: RecordedRun) -> str:
         run.left_out_note,
         "\n".join(f"- {remark}." for remark in run.remarks),
     ]
-    return "\n\n".join(filter(None, parts)) + "\n"
+    lines = "\n\n".join(filter(None, parts)).split("\n")
+    return "".join(f"{printable(line)}\n" for line in lines)
 
 
 def table(rows: Sequence[dict[str, str]]) -> str:
@@ -36,6 +38,6 @@ def table(rows: Sequence[dict[str, str]]) -> str:
     if not rows:
         return "(none)"
     aligned = ["right" if key in cells.NUMERIC else "left" for key in rows[0]]
-    escaped = pd.DataFrame(rows).map(lambda cell: cell.replace("|", r"\|"))
+    escaped = pd.DataFrame(rows).map(lambda cell: printable(cell).replace("|", r"\|"))
     text: str = escaped.to_markdown(index=False, colalign=aligned, disable_numparse=True)
     return text

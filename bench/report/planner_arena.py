@@ -67,6 +67,9 @@ _TYPES = {
     "problem": "INTEGER",
 }
 
+_CORRECT = {"": None, Verdict.NOT_JUDGED.value: None, Verdict.VALID.value: 1}
+"""What stands there for verdicts; for all others 0."""
+
 _TICKS = 100
 """Periodic samples within the time limit: OMPL's 50 ms if it is 5 s."""
 
@@ -101,7 +104,8 @@ def write(run: RecordedRun, file: Path) -> None:
     (`solved`): `solution_length`, `solution_smoothness`, `solution_segments`, and besides
     `safety_margin` (OMPL's clearance is a mean over waypoints, so it has another name),
     `travel_time` and `solution_time`, which is `time` without what failures took. `status` is the
-    outcome, `correct_solution` what the judge says of a claimed path, NULL without one.
+    outcome, `correct_solution` what the judge says of a claimed path, NULL without one or if the
+    judge did not decide.
     `progress` has the best length over time of verified successes. What was not attempted is no
     run, since rates are of all runs: `setup` has the reason, by planner, as `not_attempted`.
 
@@ -241,7 +245,7 @@ def _attributes(row: Mapping[Any, Any]) -> dict[str, Any]:
         **(found if row["solved"] else dict.fromkeys(found)),
         "status": STATUSES[row["outcome"]],
         "solved": row["solved"],
-        "correct_solution": int(row["verdict"] == Verdict.VALID) if row["verdict"] else None,
+        "correct_solution": _CORRECT.get(row["verdict"], 0),
         "problem": row["problem"],
     }
 

@@ -18,7 +18,9 @@ from bench.report.html.packing import compressed, packed
 from bench.report.html.simplify import simplified, thinned
 from bench.report.postures import ArmShape, along, triangles_of
 from envs import Environment
+from envs.collision.fcl_model import CollisionModel
 from envs.collision.shapes import Box
+from envs.robots.point import PointRobot
 from envs.scenes.arm_world import ArmWorld
 
 
@@ -108,6 +110,20 @@ def test_of_a_path_that_touches_nothing_the_closest_place_is_marked(c3d: Environ
     path = np.array([corner, corner - [0.5, 0, 0]])
     place = first_contact(c3d.collision_model(), path)
     assert place.clearance == pytest.approx(c3d.clearance(path).min(), abs=1e-2)
+
+
+@pytest.mark.parametrize("waypoints", [2, 300])
+def test_a_long_way_beside_a_wall_is_not_followed_for_ever(waypoints: int) -> None:
+    """Twice the tolerance above a floor, to and fro, into a box at the end."""
+    floor, box = Box(np.zeros(3), np.array([200.0, 200, 1])), Box(np.array([95.0, 95, 1]), np.ones(3))
+    model = CollisionModel(PointRobot(0.1), [floor, box], 1e-3)
+    ways = np.linspace(-90, 90, waypoints)
+    path = np.stack([np.tile([-80.0, 80.0], waypoints)[:waypoints], ways, 0 * ways], axis=1)
+    path = np.concatenate([path + [0, 0, 0.602], [[95, 95, 1]]])
+    place = first_contact(model, path)
+    assert place.clearance <= model.tolerance
+    assert place.share > 0.5
+    assert model.checks <= 50_000 + 2 * len(path)
 
 
 def test_a_path_of_one_waypoint_has_a_place_too(c3d: Environment) -> None:

@@ -7,8 +7,12 @@ from pathlib import Path
 from unittest.mock import ANY
 
 import pandas as pd
+import pytest
 import trimesh
 from conftest import Cli, records_of
+from records import recorded, row
+
+from bench.report import latex, markdown
 
 PLANNER = """
 from pathlib import Path
@@ -82,3 +86,12 @@ def test_a_suggested_command_can_be_copied(bench: Cli, tmp_path: Path) -> None:
     code, _, err = bench("test-planner", "ntfields", "--env", f'mesh:file="{mesh}"')
     assert code == 2
     assert f"bench train --env 'mesh:file=\"{mesh}\"' --planner ntfields" in err
+
+
+@pytest.mark.parametrize("odd", ["\x1b[31m", "a\nb", "\x9b2J", "\u202e", "\r"])
+def test_tables_write_what_does_not_print_as_escapes(odd: str) -> None:
+    env = f"mesh:file={odd}.ply"
+    run = recorded([row("p", 0, "ERROR", env=env, error=odd), row("p", 1, "VALID", env=env, solve_s=1.0, length=1.0)])
+    for text in (markdown.text(run), latex.text(run)):
+        assert all(line.isprintable() for line in text.split("\n"))
+    assert odd.encode("unicode_escape").decode("ascii") in markdown.text(run)

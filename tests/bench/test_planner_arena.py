@@ -125,6 +125,14 @@ def test_every_attempt_is_a_run_and_its_status_the_outcome(file: Path) -> None:
     assert correct.tolist() == [1, 0, 0, None, None, 1, 0]
 
 
+def test_of_a_path_that_was_not_judged_nobody_knows_whether_it_is_correct(tmp_path: Path) -> None:
+    made = [row("a", 0, "VALID"), {**row("a", 1, "NOT_JUDGED"), "verdict": "NOT_JUDGED"}]
+    planner_arena.write(recorded(made), tmp_path / "planner_arena.db")
+    correct = read(tmp_path / "planner_arena.db", "runs")["correct_solution"]
+    assert correct[0] == 1
+    assert pd.isna(correct[1])
+
+
 def test_only_verified_successes_have_a_solution(file: Path) -> None:
     runs = read(file, "runs")
     unsolved = runs[runs["solved"] == 0]

@@ -10,6 +10,9 @@ import numpy as np
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 
+_MOST_STEPS = 50_000
+"""Beside something for miles, proofs go on in tiny steps. A picture needs no proof."""
+
 
 @dataclass(frozen=True)
 class Place:
@@ -31,7 +34,7 @@ def first_contact(model: CollisionModel, path: Array) -> Place:
     not above the model's tolerance. Of a path without any, the closest place that was looked at.
 
     It goes along the path by conservative advancement (see `envs.collision.continuous`), so that
-    nothing thin slips between two places.
+    nothing thin slips between two places, but in steps of a `_MOST_STEPS`th of the path at least.
     """
     lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
     whole = max(float(lengths.sum()), 1e-300)
@@ -46,15 +49,18 @@ def first_contact(model: CollisionModel, path: Array) -> Place:
             if here.clearance <= model.tolerance:
                 return here
             closest = min(closest, here, key=_clearance)
-            t = _next(t, here.clearance - model.tolerance / 2, bound)
+            reach = max(
+                (here.clearance - model.tolerance / 2) / max(bound, 1e-300),
+                whole / _MOST_STEPS / max(float(length), 1e-300),
+            )
+            t = _next(t, reach)
         gone += float(length)
     return closest
 
 
-def _next(t: float, reach: float, bound: float) -> float:
-    """Where to look after t: at the end of what a reach (workspace units) proves free, and at the
-    end of the motion, too."""
-    after = t + reach / max(bound, 1e-300)
+def _next(t: float, reach: float) -> float:
+    """Where to look after t: a reach (of t) farther, and at the end of the motion, too."""
+    after = t + reach
     return 1.0 if t < 1 <= after else after
 
 
