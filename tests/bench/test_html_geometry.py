@@ -115,7 +115,10 @@ def test_of_a_path_that_touches_nothing_the_closest_place_is_marked(c3d: Environ
 @pytest.mark.parametrize("waypoints", [2, 300])
 def test_a_long_way_beside_a_wall_is_not_followed_for_ever(waypoints: int) -> None:
     """Twice the tolerance above a floor, to and fro, into a box at the end."""
-    floor, box = Box(np.zeros(3), np.array([200.0, 200, 1])), Box(np.array([95.0, 95, 1]), np.ones(3))
+    floor, box = (
+        Box(np.zeros(3), np.array([200.0, 200, 1])),
+        Box(np.array([95.0, 95, 1]), np.ones(3)),
+    )
     model = CollisionModel(PointRobot(0.1), [floor, box], 1e-3)
     ways = np.linspace(-90, 90, waypoints)
     path = np.stack([np.tile([-80.0, 80.0], waypoints)[:waypoints], ways, 0 * ways], axis=1)

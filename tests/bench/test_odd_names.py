@@ -91,7 +91,12 @@ def test_a_suggested_command_can_be_copied(bench: Cli, tmp_path: Path) -> None:
 @pytest.mark.parametrize("odd", ["\x1b[31m", "a\nb", "\x9b2J", "\u202e", "\r"])
 def test_tables_write_what_does_not_print_as_escapes(odd: str) -> None:
     env = f"mesh:file={odd}.ply"
-    run = recorded([row("p", 0, "ERROR", env=env, error=odd), row("p", 1, "VALID", env=env, solve_s=1.0, length=1.0)])
+    run = recorded(
+        [
+            row("p", 0, "ERROR", env=env, error=odd),
+            row("p", 1, "VALID", env=env, solve_s=1.0, length=1.0),
+        ]
+    )
     for text in (markdown.text(run), latex.text(run)):
         assert all(line.isprintable() for line in text.split("\n"))
     assert odd.encode("unicode_escape").decode("ascii") in markdown.text(run)

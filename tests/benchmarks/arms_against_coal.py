@@ -7,6 +7,7 @@ Over 60 arms made at random and, of MotionBenchMaker's in a folder, a UR5, a Pan
 
 from __future__ import annotations
 
+import math
 import sys
 import tempfile
 from pathlib import Path
@@ -29,7 +30,7 @@ MADE, CONFIGURATIONS, MOTIONS = 60, 50_000, 20_000
 def main(data: str, share: float) -> None:
     whole = Agreement()
     arms = [*(f"made {n}" for n in range(MADE)), *(ROBOTS if data else ())]
-    counts = (round(share * CONFIGURATIONS / len(arms)), round(share * MOTIONS / len(arms)))
+    counts = tuple(math.ceil(share * n / len(arms)) for n in (CONFIGURATIONS, MOTIONS))
     for number, name in enumerate(arms):
         with tempfile.TemporaryDirectory() as folder:
             begin = perf_counter()
