@@ -102,7 +102,8 @@ def replay(folder: Path, planner: str, problem: int, env: str | None = None) -> 
 
 
 def _arena_of(selection: Mapping[str, Any], env: str | None, folder: Path) -> Mapping[str, Any]:
-    """What the run says of an environment."""
+    """What the run says of an environment, by the name that is asked for: one fingerprint is one
+    environment, whatever it was called in the run."""
     known: dict[str, Mapping[str, Any]] = {said["id"]: said for said in selection["envs"]}
     if env is None:
         if len(known) > 1:
@@ -110,9 +111,16 @@ def _arena_of(selection: Mapping[str, Any], env: str | None, folder: Path) -> Ma
         [id] = known
         return known[id]
     id = envs.REGISTRY.id_among(env, known)
-    if id not in known:
-        raise UnknownNameError(f"environment of {folder}", id, known)
-    return known[id]
+    if id in known:
+        return known[id]
+    try:
+        fingerprint = envs.make(env).fingerprint
+    except UnknownNameError:
+        fingerprint = ""
+    for said in known.values():
+        if said["fingerprint"] == fingerprint:
+            return {**said, "id": id}
+    raise UnknownNameError(f"environment of {folder}", id, known)
 
 
 def _planner_of(selection: Mapping[str, Any], planner: str, folder: Path) -> Entry[Planner]:

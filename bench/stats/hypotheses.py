@@ -160,7 +160,7 @@ def paired_drop(lost: int, gained: int) -> float:
 def changed_outcomes(changed: int, attempts: int, rate: float) -> float:
     """The p-value of outcomes that changed although everything was repeated: of so many, or more,
     if each changes with probability `rate` at most. Of none, or fewer, p is 1."""
-    return float(bdtrc(changed - 1, attempts, rate))
+    return float(bdtrc(min(changed - 1, attempts), attempts, rate))
 
 
 def holm(p_values: ArrayLike) -> Array:

@@ -55,6 +55,17 @@ def test_names_of_one_environment_in_a_run_and_after_it(bench: Cli, balls: Path)
     joined = pd.read_csv("both/summary.csv")
     assert joined["env"].tolist() == [copy] * 3
     assert "Left out" not in (balls / "both" / "summary.md").read_text()
+    (balls / "one" / "b.ply").rename(balls / "moved.ply")
+    code, out, _ = bench(
+        *("replay", "a", "--planner", "rrtconnect", "--problem", 1),
+        *("--env", "mesh:file=moved.ply"),
+    )
+    assert code == 0
+    assert "same path" in out
+    code, _, err = bench("replay", "a", "--planner", "rrtconnect", "--problem", 1, "--env", "c3d")
+    assert code == 2
+    assert "environment of a" in err
+    (balls / "moved.ply").rename(balls / "one" / "b.ply")
     code, out, _ = bench("compare", "a", "b", "--planners", "rrtconnect,lazyprmstar")
     assert code == 0
 
