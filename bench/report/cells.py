@@ -164,7 +164,8 @@ def left_out_note(left_out: Mapping[str, Mapping[str, int]]) -> str:
     ]
     if not parts:
         return ""
-    return f"Left out, as no problem was solved by all with them: {', '.join(parts)}."
+    reason = "with them no problem, or none whose straight line is blocked, was solved by all"
+    return f"Left out, as {reason}: {', '.join(parts)}."
 
 
 def counted(outcomes: dict[str, str]) -> str:

@@ -113,33 +113,34 @@ class RecordedRun:
     def summary(self) -> pd.DataFrame:
         """A row per environment and planner; see `bench.report.summary.summarise`. Besides what
         each was held to, and how soon it reached common lengths, as in `common`."""
-        table = summarise(self.records.assign(blocked=self._blocked), self.order)
+        table = summarise(self._with_blocked, self.order)
         of_common = self.common.set_index(["env", "planner"])
         keys = pd.MultiIndex.from_frame(table[["env", "planner"]])
-        new = ["held_to", *lengths.COLUMNS]
-        told = {name: of_common[name].reindex(keys).to_numpy() for name in new}
-        whole: pd.DataFrame = table.assign(**told)
+        told = {name: of_common[name].reindex(keys).to_numpy() for name in lengths.COLUMNS}
+        whole: pd.DataFrame = self._with_held_to(table).assign(**told)
         return whole
 
     @cached_property
     def common(self) -> pd.DataFrame:
         """Of commonly solved problems; see `bench.report.summary.common_problems`. Besides,
         `held_to` says when each planner might stop."""
+        return self._with_held_to(common_problems(self._with_blocked))
+
+    def _with_held_to(self, table: pd.DataFrame) -> pd.DataFrame:
         rules = {
             (env["id"], planner): lengths.held_to(selection, planner)
             for selection in self.selections
             for env in selection["envs"]
             for planner in selection["planners"]
         }
-        table = common_problems(self.records)
         keys = zip(table["env"], table["planner"], strict=True)
         whole: pd.DataFrame = table.assign(held_to=[rules.get(key, "") for key in keys])
         return whole
 
-    @property
-    def _blocked(self) -> pd.Series:
-        """Of each record whether its problem's straight line is blocked, None where that is not
-        known, as in runs of before it was noted."""
+    @cached_property
+    def _with_blocked(self) -> pd.DataFrame:
+        """The records with a column `blocked`: whether the problem's straight line is blocked, None
+        where that is not known, as in runs of before it was noted."""
         letters = {
             (env["fingerprint"], selection["seed"]): env.get("straight_lines", "")
             for selection in sorted(self.selections, key=lambda chosen: int(chosen["problems"]))
@@ -151,12 +152,14 @@ class RecordedRun:
             for fingerprint, seed, problem in places.itertuples(index=False)
         ]
         known = [None if not letter else letter == BLOCKED for letter in told]
-        return pd.Series(known, index=self.records.index, dtype=object)
+        blocked = pd.Series(known, index=self.records.index, dtype=object)
+        whole: pd.DataFrame = self.records.assign(blocked=blocked)
+        return whole
 
     @property
     def left_out_note(self) -> str:
         """Who is not in `common`, in a sentence, empty if all are."""
-        return cells.left_out_note(left_out_of_common(self.records))
+        return cells.left_out_note(left_out_of_common(self._with_blocked))
 
     @property
     def remarks(self) -> list[str]:

@@ -178,8 +178,13 @@ def common_problems(records: pd.DataFrame) -> pd.DataFrame:
 
 def left_out_of_common(records: pd.DataFrame) -> dict[str, dict[str, int]]:
     """By environment, planners without whom there are commonly solved problems, or more than two
-    planners to compare on them, and how many problems each solved: those that solved none, and
-    then, as long as the others have none in common, the one that solved fewest."""
+    planners to compare on them, and how many problems each solved: those that solved none; those
+    that solved none whose straight line is blocked, if two others did, since on straight lines
+    there is nothing to compare; and then, as long as the others have none in common, the one that
+    solved fewest.
+
+    `records` may have a column `blocked`, as in `summarise`.
+    """
     groups = attempted_records(records).groupby("env", sort=False)
     found = {str(env): _left_out(group) for env, group in groups}
     return {env: left_out for env, left_out in found.items() if left_out}
@@ -189,12 +194,23 @@ def _left_out(attempts: pd.DataFrame) -> dict[str, int]:
     solved = attempts[attempts["outcome"] == Verdict.VALID.value]
     order = attempts["planner"].unique()
     counts = solved["planner"].value_counts().reindex(order, fill_value=0)
-    left_out = counts[counts == 0]
-    rest = counts[counts > 0].sort_values(kind="stable", ascending=False)
+    rest = counts[_tells(solved, counts)].sort_values(kind="stable", ascending=False)
+    left_out = counts[~counts.index.isin(rest.index)]
     while len(rest) > 2 and _commonly_solved(attempts, list(rest.index)).empty:
         left_out = pd.concat([left_out, rest.iloc[-1:]])
         rest = rest.iloc[:-1]
     return {str(planner): int(count) for planner, count in left_out.items()}
+
+
+def _tells(solved: pd.DataFrame, counts: pd.Series) -> pd.Series:
+    """Which planners, by how many problems each solved, solved some that tell planners apart."""
+    if "blocked" in solved:
+        blocked = solved[solved["blocked"].isin([True])]
+        solved_blocked = blocked["planner"].value_counts().reindex(counts.index, fill_value=0)
+        if (solved_blocked > 0).sum() >= 2:
+            counts = solved_blocked
+    tells: pd.Series = counts > 0
+    return tells
 
 
 def _commonly_solved(attempts: pd.DataFrame, planners: Sequence[str]) -> pd.DataFrame:

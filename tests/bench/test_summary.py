@@ -71,7 +71,7 @@ def test_one_that_solves_nothing_is_left_out_of_the_common_problems_by_name() ->
     assert table["problems"].tolist() == [1, 1]
     assert summary.left_out_of_common(pd.DataFrame(rows)) == {"c3d": {"hopeless": 0}}
     text = markdown.text(recorded(rows))
-    assert "Left out, as no problem was solved by all with them: `hopeless` in `c3d` (0 sol" in text
+    assert "solved by all: `hopeless` in `c3d` (0 solved)" in text
     assert "Left out" not in markdown.text(recorded(ROWS)), "c did not take part"
 
 
@@ -86,6 +86,33 @@ def test_those_that_solve_fewest_are_left_out_until_something_is_common() -> Non
     assert table["problems"].to_dict() == {"a": 4, "b": 4}
     left_out = summary.left_out_of_common(pd.DataFrame(rows))
     assert left_out == {"c3d": {"none": 0, "one": 1, "few": 2}}
+
+
+BLOCKED = [False, False, True, True, None]
+
+
+@pytest.mark.parametrize(
+    ("solved", "left_out", "common"),
+    [
+        ({"a": [0, 2, 3], "b": [1, 2, 3, 4], "straight": [0, 1]}, {"straight": 2}, 2),
+        ({"a": [0, 2], "straight": [0, 1]}, {}, 1),
+        ({"a": [0, 1], "b": [1], "c": [1, 4]}, {}, 1),
+        ({"a": [2], "b": [2, 3], "unknown": [4], "none": []}, {"unknown": 1, "none": 0}, 1),
+    ],
+)
+def test_one_that_solves_no_blocked_problem_is_left_out_if_two_do(
+    solved: dict[str, list[int]], left_out: dict[str, int], common: int
+) -> None:
+    rows = [
+        {**row(name, i, "VALID" if i in known else "TIMEOUT", length=1.0), "blocked": BLOCKED[i]}
+        for name, known in solved.items()
+        for i in range(len(BLOCKED))
+    ]
+    records = pd.DataFrame(rows)
+    assert summary.left_out_of_common(records) == ({"c3d": left_out} if left_out else {})
+    table = summary.common_problems(records)
+    assert set(table["planner"]) == solved.keys() - left_out.keys()
+    assert set(table["problems"]) == {common}
 
 
 def test_two_that_share_nothing_are_still_told() -> None:
