@@ -67,6 +67,9 @@ _NONE = Trees(
 _known: WeakKeyDictionary[Mesh, Trees] = WeakKeyDictionary()
 
 
+_jit = numba.njit(cache=True, nogil=True)
+
+
 def _tree_of(mesh: Mesh) -> Trees:
     """Made once for as long as there is the mesh."""
     if mesh not in _known:
@@ -81,7 +84,7 @@ def _grown(corners: Array) -> Trees:
     levels = []
     order, sizes, nodes = np.arange(len(corners)), np.array([len(corners)]), 0
     while len(sizes):
-        middles, halves, axes, radii = _bounds(corners[order], sizes)
+        middles, halves, axes, radii = _bounds(corners, order, sizes)
         nodes += len(sizes)
         ends = np.cumsum(sizes)
         inner = sizes > 1
@@ -99,22 +102,77 @@ def _grown(corners: Array) -> Trees:
     return Trees(middles, halves, axes, radii, child, triangles)
 
 
-def _bounds(corners: Array, sizes: NDArray[np.int64]) -> tuple[Array, Array, Array, Array]:
+def _bounds(
+    corners: Array, order: NDArray[np.int64], sizes: NDArray[np.int64]
+) -> tuple[Array, Array, Array, Array]:
     """Middles, halves, axes and radii, see `Trees`, of nodes that hold so many (k,) of some
-    triangles (n, 3, 3), one node after another."""
-    owner = np.repeat(np.arange(len(sizes)), sizes)
-    begins = np.cumsum(sizes) - sizes
-    mean = np.add.reduceat(corners.mean(axis=1), begins) / sizes[:, None]
-    away = corners - mean[owner][:, None]
-    axes = np.linalg.eigh(np.add.reduceat(np.einsum("nki,nkj->nij", away, away), begins))[1]
-    axes = np.ascontiguousarray(np.swapaxes(axes, 1, 2))
-    along = np.einsum("nki,nji->nkj", away, axes[owner])
-    low = np.minimum.reduceat(along.min(axis=1), begins)
-    high = np.maximum.reduceat(along.max(axis=1), begins)
-    middles = mean + np.einsum("nj,nji->ni", (low + high) / 2, axes)
-    radii = np.linalg.norm(corners - middles[owner][:, None], axis=2).max(axis=1)
+    triangles (n, 3, 3), one node after another in an order (m,)."""
+    means, spreads = _moments(corners, order, sizes)
+    axes = np.ascontiguousarray(np.swapaxes(np.linalg.eigh(spreads)[1], 1, 2))
+    middles, halves, radii = _boxes(corners, order, sizes, means, axes)
     more = _ROUNDING * np.abs(corners).max()
-    return middles, (high - low) / 2 + more, axes, np.maximum.reduceat(radii, begins) + more
+    return middles, halves + more, axes, radii + more
+
+
+@_jit
+def _moments(corners: Any, order: Any, sizes: Any) -> tuple[Array, Array]:
+    """The mean (k, 3) of each node's corners, and the sums (k, 3, 3) of products of what they are
+    off it."""
+    means, spreads = np.zeros((len(sizes), 3)), np.zeros((len(sizes), 3, 3))
+    off = np.empty(3)
+    begin = 0
+    for node in range(len(sizes)):
+        end = begin + sizes[node]
+        for at in range(begin, end):
+            for corner in range(3):
+                for i in range(3):
+                    means[node, i] += corners[order[at], corner, i]
+        means[node] /= 3 * sizes[node]
+        for at in range(begin, end):
+            for corner in range(3):
+                for i in range(3):
+                    off[i] = corners[order[at], corner, i] - means[node, i]
+                for i in range(3):
+                    for j in range(3):
+                        spreads[node, i, j] += off[i] * off[j]
+        begin = end
+    return means, spreads
+
+
+@_jit
+def _boxes(
+    corners: Any, order: Any, sizes: Any, means: Any, axes: Any
+) -> tuple[Array, Array, Array]:
+    """The middle (k, 3) and the halves (k, 3) of the box along each node's axes about its corners,
+    and the radius (k,) of the ball about that middle."""
+    middles, halves, radii = np.empty_like(means), np.empty_like(means), np.zeros(len(sizes))
+    off, low, high = np.empty(3), np.empty(3), np.empty(3)
+    begin = 0
+    for node in range(len(sizes)):
+        end = begin + sizes[node]
+        low[:], high[:] = np.inf, -np.inf
+        for at in range(begin, end):
+            for corner in range(3):
+                for i in range(3):
+                    off[i] = corners[order[at], corner, i] - means[node, i]
+                for j in range(3):
+                    along = axes[node, j, 0] * off[0] + axes[node, j, 1] * off[1]
+                    along += axes[node, j, 2] * off[2]
+                    low[j], high[j] = min(low[j], along), max(high[j], along)
+        halves[node] = (high - low) / 2
+        for i in range(3):
+            middles[node, i] = means[node, i]
+            for j in range(3):
+                middles[node, i] += (low[j] + high[j]) / 2 * axes[node, j, i]
+        for at in range(begin, end):
+            for corner in range(3):
+                squared = 0.0
+                for i in range(3):
+                    squared += (corners[order[at], corner, i] - middles[node, i]) ** 2
+                radii[node] = max(radii[node], squared)
+        radii[node] = np.sqrt(radii[node])
+        begin = end
+    return middles, halves, radii
 
 
 _ROUNDING = 1e-12
@@ -122,8 +180,6 @@ _ROUNDING = 1e-12
 
 _DEEPEST = 64
 """Nodes that wait at most: halving leaves fewer than 2^32 triangles one each in 32 steps."""
-
-_jit = numba.njit(cache=True, nogil=True)
 
 
 @_jit
