@@ -104,7 +104,8 @@ def test_ends_are_joined(env: Environment) -> None:
     for problem in env.sample_problems(8, 5):
         samples = rng.uniform(env.lower, env.upper, (10_000, env.dimension))
         view, scene = env.robot.view, env.scene
-        assert connection.joined(view, scene, problem.start, problem.goal, samples)
+        ends = problem.start, problem.goal
+        assert connection.joined(view, scene, *ends, samples, env.planning_tolerance)
 
 
 def post(x: float, radius: float = 0.05) -> Placed:
@@ -120,8 +121,8 @@ def test_what_a_wall_parts_is_not_joined(tmp_path: Path) -> None:
     view, scene = world.robot.view, world.scene
     samples = np.random.default_rng(0).uniform(world.lower, world.upper, (200, 1))
     left, right, behind = np.array([[0.6], [-0.6], [3.0]])
-    assert connection.joined(view, scene, left, behind, samples)
-    assert not connection.joined(view, scene, left, right, samples)
+    assert connection.joined(view, scene, left, behind, samples, world.planning_tolerance)
+    assert not connection.joined(view, scene, left, right, samples, world.planning_tolerance)
     model = world.collision_model()
     assert model.segment_is_free(left, behind)
     assert not model.segment_is_free(left, right)
@@ -144,7 +145,7 @@ def test_ways_around_are_found(tmp_path: Path) -> None:
     assert not world.collision_model().segment_is_free(left, right)
     for seed in range(5):
         samples = np.random.default_rng(seed).uniform(world.lower, world.upper, (1000, 2))
-        assert connection.joined(view, scene, left, right, samples)
+        assert connection.joined(view, scene, left, right, samples, world.planning_tolerance)
 
 
 # The arms and tables that ship
