@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import paths as batched
-from envs.collision.fcl_model import DEFAULT_TOLERANCE, Allowed, CollisionModel
+from envs.collision.fcl_model import DEFAULT_TOLERANCE, Allowed, CollisionModel, LowerBounds
 from envs.collision.shapes import Obstacle
 from envs.problem import Array, Problem
 from envs.robots.base import Robot
@@ -131,6 +131,12 @@ class Environment(ABC):
         are surfaces. See `CollisionModel`."""
         return None
 
+    @property
+    def lower_bounds(self) -> LowerBounds | None:
+        """Quick lower bounds of distances, which spare exact ones; by default none. See
+        `CollisionModel`."""
+        return None
+
     def speed(self, q: Array) -> Array:
         """Speeds S*(q) (n,) at configurations (n, d)  (equation 3)."""
         return self.speed_model(self.clearance(q))
@@ -157,7 +163,9 @@ class Environment(ABC):
         """A new FCL model of this robot and scene, which decides to a tolerance in workspace units,
         by default that of the judge (`tolerance`)."""
         decides_to = self.tolerance if tolerance is None else tolerance
-        return CollisionModel(self.robot, self.obstacles, decides_to, self.allowed)
+        return CollisionModel(
+            self.robot, self.obstacles, decides_to, self.allowed, self.lower_bounds
+        )
 
     @property
     def fingerprint(self) -> str:

@@ -1,7 +1,7 @@
 """How far shapes of any kind are apart, compiled: never more than they are.
 
-Solids in closed form or by `convex`, surfaces of meshes by `mesh_tree`: below the distance by no
-more than 1e-6 of it, or 1e-6 metres.
+Solids in closed form or by `convex`, surfaces of meshes by `mesh_distance`: below the distance by
+no more than 1e-6 of it, or 1e-6 metres.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from envs.collision.convex import distance, moved
 from envs.collision.covering import bounding_sphere
-from envs.collision.mesh_tree import Trees, mesh_to_mesh, solid_to_mesh, trees_of
+from envs.collision.mesh_distance import mesh_to_mesh, solid_to_mesh
+from envs.collision.mesh_tree import Trees, trees_of
 from envs.collision.primitives import NO_SOLID, solid_row
 from envs.collision.shapes import Mesh, Placed
 from envs.kernels import kernel

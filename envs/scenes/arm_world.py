@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from envs.base import Environment
 from envs.collision.containment import Containment
-from envs.collision.fcl_model import Allowed, CollisionModel
+from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
 from envs.collision.primitives import SceneView, view_of
 from envs.collision.shapes import Placed, rounded
 from envs.errors import InputError
@@ -129,14 +129,9 @@ class ArmWorld(Environment):
         containment = Containment(self.robot, self.obstacles)
         return containment if containment.possible else None
 
-    def collision_model(self, tolerance: float | None = None) -> CollisionModel:
-        return CollisionModel(
-            self.robot,
-            self.obstacles,
-            self.tolerance if tolerance is None else tolerance,
-            self.allowed,
-            self._part_clearances,
-        )
+    @property
+    def lower_bounds(self) -> LowerBounds:
+        return self._part_clearances
 
     def _part_clearances(self, q: Array) -> Array:
         found = np.empty(self.robot.moving)
