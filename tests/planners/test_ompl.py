@@ -147,6 +147,8 @@ def test_among_meshes_lazy_prm_has_the_papers_roadmap(
     monkeypatch.setattr("planners.ompl._PAPERS_ROADMAP_S", 1.0)
     trimesh.creation.icosphere(radius=2.0).export(tmp_path / "ball.ply")
     ball = envs.make(f"mesh:file={tmp_path / 'ball.ply'}")
+    # Loads what is compiled, which takes longer than the 0.02 s in which this roadmap grows.
+    ball.collision_model().clearance(ball.lower)
     grown = []
     for name, env in (
         ("lazyprmstar", ball),
