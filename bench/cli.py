@@ -17,6 +17,7 @@ import psutil
 from bench import terminal
 from bench.arguments import COMMANDS
 from bench.launch import COMMAND
+from bench.planner_host import hosting
 from envs import InputError
 from envs.errors import suggestion
 from planners import files as planner_files
@@ -34,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         chosen = _parse(arguments)
         chosen.started_s = _since_process_start() if arguments is None else 0.0
         files = chosen.planner_file
-        with COMMAND.begun(files), planner_files.registered(files):
+        with COMMAND.begun(), hosting(), planner_files.registered(files):
             COMMAND.check_program()
             code: int = chosen.command(chosen)
         print(end="", flush=True)  # what cannot be written shall fail here

@@ -53,7 +53,7 @@ def train(chosen: argparse.Namespace) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     file = training.train(
         envs.REGISTRY.entry(chosen.env),
-        planners.REGISTRY.entry(chosen.planner),
+        planners.REGISTRY.entry(chosen.planner).imported(),
         seed=chosen.seed,
         minutes=chosen.minutes,
         device=chosen.device,
@@ -155,7 +155,8 @@ def field(chosen: argparse.Namespace) -> int:
     where = fields.Slice.through(world, chosen.source)
     found = {}
     for entry in planners.REGISTRY.entries(chosen.planners):
-        planner = training.ready(env, on_device(entry, chosen.device), not chosen.no_train)
+        entry = on_device(entry, chosen.device).imported()
+        planner = training.ready(env, entry, not chosen.no_train)
         found[entry.id] = fields.field_of(planner, entry.id, where)
     reference = found.get("fmm")
     if reference is None:

@@ -1,17 +1,19 @@
-"""Whether this program is still what it was before anyone's planners or environments were imported.
+"""Whether this program is still what it was before anyone's environments were imported.
 
-Judge, clock and store run in the process that reads strangers' files. A file that changes one of
-them, on purpose or by patching what it needs for itself, would change it for every planner.
+Judge, clock and store run in the process that makes environments, whose worlds the judge needs;
+planners are imported elsewhere (`bench.planner_host`). A package that changes one of them, on
+purpose or by patching what it needs for itself, would change it for every planner.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from types import FunctionType, ModuleType
 from typing import Any
 
+import envs
 from envs import InputError
 
 _OURS = ("bench", "envs", "planners")
@@ -29,13 +31,14 @@ class Program:
     def now() -> Program:
         return Program(dict(_meanings()))
 
-    def check(self, files: Collection[str]) -> None:
-        """Looks whether something has taken the place of a function, class or constant, also of
-        modules that were not imported yet, if it is from one of some files.
+    def check(self) -> None:
+        """Looks whether something has taken the place of a function, class or constant; of modules
+        that were not imported yet, something from a package that announces environments.
 
         Raises:
             InputError: it has.
         """
+        files = _files_of_packages()
         for name, (value, code) in _meanings():
             if name in self.meant:
                 before, code_before = self.meant[name]
@@ -47,9 +50,16 @@ class Program:
 
 def _changed(name: str) -> InputError:
     return InputError(
-        f"{name} was changed by a file or package with planners or environments; these may only "
-        "add to the benchmark, whose judge and clock are the same for all"
+        f"{name} was changed by a package with environments; these may only add to the benchmark, "
+        "whose judge and clock are the same for all"
     )
+
+
+def _files_of_packages() -> set[str | None]:
+    """The files of all modules that packages with environments have."""
+    packages = {point.module.partition(".")[0] for point in envs.REGISTRY.plugins.points()}
+    modules = [m for name, m in sys.modules.items() if name.partition(".")[0] in packages]
+    return {getattr(module, "__file__", None) for module in modules} - {None}
 
 
 def _same(before: object, now: object) -> bool:

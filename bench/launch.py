@@ -1,11 +1,11 @@
-"""What a worker process is started with: nothing that anyone's planner has changed meanwhile."""
+"""What processes for planners are started with: nothing that anyone's code has changed since."""
 
 from __future__ import annotations
 
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,7 +38,8 @@ _SAFE_PATH = ["-P"] if sys.version_info >= (3, 11) else ["-I"]
 """Else Python, and the Pythons that it starts, would look into the current folder first."""
 
 _BOOT = (  # imports nothing before the path is ours
-    "import sys; sys.path[:] = sys.argv[2:];from bench.worker import main; main(int(sys.argv[1]))"
+    "import sys; sys.path[:] = sys.argv[3:]; from importlib import import_module;"
+    "import_module(sys.argv[1]).main(int(sys.argv[2]))"
 )
 
 
@@ -98,19 +99,13 @@ class _Command:
     def __init__(self) -> None:
         self.start = Start.now()
         self._program: Program | None = None
-        self._files: frozenset[str] = frozenset()
 
     @contextmanager
-    def begun(self, files: Iterable[Path]) -> Iterator[None]:
+    def begun(self) -> Iterator[None]:
         """Workers get what there is at the beginning of the context, which must come before
-        anyone's file is imported.
-
-        Args:
-            files: that are going to be imported.
-        """
+        anyone's module is imported."""
         before = vars(self).copy()
         self.start, self._program = Start.now(), Program.now()
-        self._files = frozenset(str(file.resolve()) for file in files)
         try:
             yield
         finally:
@@ -120,19 +115,20 @@ class _Command:
         """Looks whether this program is still what it was when the command began.
 
         Raises:
-            InputError: somebody's file has changed it.
+            InputError: somebody's module has changed it.
         """
         if self._program is not None:
-            self._program.check(self._files)
+            self._program.check()
 
 
 COMMAND = _Command()
 
 
-def arguments(descriptor: int) -> list[str]:
-    """The command line of a worker that talks over a socket with this descriptor."""
+def arguments(module: str, descriptor: int) -> list[str]:
+    """The command line of a process that runs a module's `main` and talks over a socket with this
+    descriptor."""
     path = COMMAND.start.path
-    return [sys.executable, *_SAFE_PATH, "-c", _BOOT, str(descriptor), *path]
+    return [sys.executable, *_SAFE_PATH, "-c", _BOOT, module, str(descriptor), *path]
 
 
 def variables() -> dict[str, str]:

@@ -7,6 +7,7 @@ has been reaped: whatever is sent to a group must be sent before that.
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 import signal
 import sys
@@ -19,9 +20,19 @@ from bench import process_tree
 
 _GOODBYE_S = 2.0  # to end when asked
 _GLANCE_S = 0.005
+_SIGNAL_OF_PARENTS_DEATH, _ADOPT = 1, 36  # of prctl(2)
 
 CAN_PAUSE = sys.platform == "linux"
-"""Whether processes that are paused can be told when their parent dies, see `bench.worker`."""
+"""Whether processes that are paused can be told when their parent dies, see `tie_to_parent`."""
+
+
+def tie_to_parent() -> None:
+    """Has a leader that is stopped go on if its parent dies, so that it ends of itself; what its
+    children start and leave becomes its own, so that it is seen (Linux)."""
+    if sys.platform == "linux":
+        system = ctypes.CDLL(None)
+        system.prctl(_SIGNAL_OF_PARENTS_DEATH, signal.SIGCONT)
+        system.prctl(_ADOPT, 1)
 
 
 def pause(group: int) -> None:

@@ -196,7 +196,7 @@ def _attempted(suite: Suite, stop_cost: float) -> Mapping[str, Any]:
     [arena], [planner] = suite.arenas, suite.planners
     [problem] = arena.problems
     wanted = on_device(planner, suite.device)
-    unready = training.unready(arena.entry, wanted, arena.shown, may_train=False)
+    unready = training.unready(wanted, arena.shown, may_train=False)
     contestant = Contestant(arena, planner, suite, Session(), unready)
     try:
         attempt = contestant.attempt(problem, stop_cost)

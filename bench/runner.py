@@ -11,6 +11,7 @@ from time import monotonic
 from bench import training
 from bench.contestant import Contestant
 from bench.judge import Judge
+from bench.planner_queries import minutes_of_training
 from bench.process import Attempt
 from bench.progress import Progress
 from bench.record import Fault, Record, encode_path, outcome
@@ -125,14 +126,13 @@ class _Stage:
         """About how long `prepare` takes, by what has weights when it is first asked."""
         if not self._suite.train:
             return 0.0
-        return sum(training.expected_minutes(p, self._arena.shown) for p in self._contesting())
+        return sum(minutes_of_training(p, self._arena.shown) for p in self._contesting())
 
     def prepare(self) -> None:
         """Trains what has to be trained."""
         begin, trains = monotonic(), self.minutes_of_training > 0
         self._unready = {
             planner.id: training.unready(
-                self._arena.entry,
                 on_device(planner, self._suite.device),
                 self._arena.shown,
                 may_train=self._suite.train,

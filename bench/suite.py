@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 import logging
 import math
@@ -13,12 +12,14 @@ from typing import Any
 
 import envs
 import planners
+from bench import planner_queries as queries
+from bench.planner_queries import World
 from bench.straight import share_blocked, straight_lines
 from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
 from envs.seeding import TEST_SEEDS, training_seed
 from planners import Planner
-from planners.learned import LearnedPlanner, check_weights, checked_device
+from planners.learned import checked_device
 
 logger = logging.getLogger(__name__)
 
@@ -144,7 +145,7 @@ class Suite:
             ],
             "planners": [entry.id for entry in self.planners],
             "planner_versions": self.planner_versions,
-            "improves": {entry.id: bool(entry.make().improves) for entry in self.planners},
+            "improves": {entry.id: queries.improves(entry) for entry in self.planners},
             "problems": self.problems,
             "seed": self.seed,
             "settings": self.settings,
@@ -165,25 +166,25 @@ class Arena:
 
     Attributes:
         env: the harness's own, which makes the problems and judges; no planner gets to see it.
-        shown: another one, for what planners are asked in this process.
+        shown: another one, for what planners are asked.
         warm_up: a problem of the same kind that is no test problem.
     """
 
     entry: Entry[Environment]
     env: Environment
-    shown: Environment
+    shown: World
     problems: tuple[Problem, ...]
     warm_up: Problem
 
     @staticmethod
     def make(
-        entry: Entry[Environment], problems: int, seed: int, shown: Environment | None = None
+        entry: Entry[Environment], problems: int, seed: int, shown: World | None = None
     ) -> Arena:
         """Raises InputError if the environment cannot be made or has too few problems."""
         env = entry.make()
         asked = tuple(env.sample_problems(problems, seed))  # first, as its errors say how many
         [warm_up] = env.sample_problems(1, training_seed("warm-up", seed))
-        return Arena(entry, env, shown or entry.make(), asked, warm_up)
+        return Arena(entry, env, shown or World(entry, entry.make()), asked, warm_up)
 
     @cached_property
     def straight_lines(self) -> str:
@@ -197,8 +198,7 @@ class Arena:
         Raises:
             InputError: they cannot be read.
         """
-        made = planner.make()
-        return made.weights_digest(self.shown) if made.unsupported(self.shown) is None else ""
+        return queries.weights_digest(planner, self.shown)
 
 
 def make_suite(
@@ -229,9 +229,7 @@ def make_suite(
     _check_jobs(jobs)
     checked_device(device)
     check_range("--memory-limit", memory_limit_mb, 256, 2**24)
-    env_entries = envs.REGISTRY.entries(env)
-    worlds = [entry.make() for entry in env_entries]  # to be shown to planners, see `Arena`
-    env_entries, worlds = _distinct(env_entries, worlds)
+    worlds = _distinct([World(entry, entry.make()) for entry in envs.REGISTRY.entries(env)])
     chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
     text, told = _paper_rule(worlds) if stop == PAPER else (stop, [])
     rule = StopRule.parse(text)
@@ -244,11 +242,8 @@ def make_suite(
     chosen = [*added, *chosen]
     for entry in chosen:  # bad arguments and weights are refused before anything runs
         for world in worlds:
-            check_weights(entry.make(), world)
-    arenas = tuple(
-        Arena.make(entry, problems, seed, world)
-        for entry, world in zip(env_entries, worlds, strict=True)
-    )
+            queries.refuse_bad_weights(entry, world)
+    arenas = tuple(Arena.make(world.entry, problems, seed, world) for world in worlds)
     for line in told:  # not before: what is refused is refused in one line
         logger.info(line)
     return Suite(
@@ -265,17 +260,15 @@ def make_suite(
     )
 
 
-def _paper_rule(worlds: list[Environment]) -> tuple[str, list[str]]:
+def _paper_rule(worlds: list[World]) -> tuple[str, list[str]]:
     """The paper's rule, as far as its reference is there, and what is to be said about it: MPNet's
     weights are half an hour's work, which a default should not cost."""
-    mpnet = planners.make("mpnet")
-    assert isinstance(mpnet, LearnedPlanner)
-    reason = next(filter(None, map(mpnet.unsupported, worlds)), None)
-    if reason is None and all(mpnet.weights_file(world) is not None for world in worlds):
+    mpnet = planners.REGISTRY.entry("mpnet")
+    reason = _unsupported_in_any(mpnet, worlds)
+    if reason is None and not any(queries.lacks_weights(mpnet, world) for world in worlds):
         return "match:mpnet", []
     why = reason or "it has no weights here"
-    fmm = planners.make("fmm")
-    without = next(filter(None, map(fmm.unsupported, worlds)), None)
+    without = _unsupported_in_any(planners.REGISTRY.entry("fmm"), worlds)
     if without is not None:
         return "first", [
             "--stop paper: planners stop at their first solution, as no length is there to match "
@@ -284,35 +277,35 @@ def _paper_rule(worlds: list[Environment]) -> tuple[str, list[str]]:
     return "match:fmm", [f"--stop paper: fmm sets the length to match, as mpnet does not: {why}"]
 
 
+def _unsupported_in_any(planner: Entry[Planner], worlds: list[World]) -> str | None:
+    return next(filter(None, (queries.unsupported(planner, world) for world in worlds)), None)
+
+
 def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
     """How a planner is made that runs on a device: one that takes an argument of that name and was
     given none. Which planner it is, and what it is called, does not change by that."""
-    takes = inspect.signature(entry.spec.load()).parameters.keys() - entry.spec.arguments.keys()
-    if device == CPU or "device" not in takes:
+    if device == CPU or not queries.takes_device(entry):
         return entry
     return Entry(entry.spec, {"device": device, **entry.arguments})
 
 
-def _distinct(
-    entries: list[Entry[Environment]], worlds: list[Environment]
-) -> tuple[list[Entry[Environment]], list[Environment]]:
+def _distinct(worlds: list[World]) -> list[World]:
     """Each environment once, by its first name: one mesh may have been given by two paths."""
-    first: dict[str, int] = {}
-    for number, (entry, world) in enumerate(zip(entries, worlds, strict=True)):
-        known = first.setdefault(world.fingerprint, number)
-        if known != number:
-            logger.info("%s is the same environment as %s", entry.id, entries[known].id)
-    return [entries[i] for i in first.values()], [worlds[i] for i in first.values()]
+    first: dict[str, World] = {}
+    for world in worlds:
+        known = first.setdefault(world.env.fingerprint, world)
+        if known is not world:
+            logger.info("%s is the same environment as %s", world.entry.id, known.entry.id)
+    return list(first.values())
 
 
-def _supports(entry: Entry[Planner], worlds: list[Environment]) -> bool:
-    planner = entry.make()
-    return any(planner.unsupported(world) is None for world in worlds)
+def _supports(entry: Entry[Planner], worlds: list[World]) -> bool:
+    return any(queries.unsupported(entry, world) is None for world in worlds)
 
 
-def _improves(entry: Entry[Planner], worlds: list[Environment]) -> bool:
+def _improves(entry: Entry[Planner], worlds: list[World]) -> bool:
     """Whether a planner may go on after its first solution anywhere."""
-    return entry.make().improves and _supports(entry, worlds)
+    return queries.improves(entry) and _supports(entry, worlds)
 
 
 def _check_jobs(jobs: int) -> None:

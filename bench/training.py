@@ -9,9 +9,10 @@ import shlex
 import traceback
 from pathlib import Path
 from time import monotonic
-from typing import TypeGuard
 
 from bench import machine
+from bench import planner_queries as queries
+from bench.planner_queries import World
 from bench.process import SetUp
 from bench.progress import TrainingProgress
 from bench.record import Fault
@@ -92,31 +93,40 @@ def _let_runs_find(file: Path, name: str, domain: str) -> None:
         logger.warning("runs will not find these weights by themselves: %s", error)
 
 
-def unready(
-    env: Entry[Environment], planner: Entry[Planner], world: Environment, *, may_train: bool
-) -> SetUp | None:
-    """Sees to it that a planner has weights where it needs some; else the reason why not.
-
-    Args:
-        world: the environment, made, to be shown to planners.
-    """
-    made = planner.make()
-    if not _lacks_weights(made, world):
+def unready(planner: Entry[Planner], world: World, *, may_train: bool) -> SetUp | None:
+    """Sees to it that a planner has weights where it needs some; else the reason why not."""
+    if not queries.lacks_weights(planner, world):
         return None
     if not may_train:
-        how = shlex.join(["bench", "train", "--env", env.id, "--planner", planner.spec.id])
-        reason = f"no weights for {env.id}, and --no-train was given; `{how}` makes some"
+        how = _how_to_train(planner.spec.id, world)
+        reason = f"no weights for {world.entry.id}, and --no-train was given; `{how}` makes some"
         return SetUp(Fault.SKIPPED.value, reason, 0.0)
     begin = monotonic()
     try:
-        train(env, planner, device=made.device)
+        queries.train(planner, world)
+    except queries.PlannerError as error:
+        return _failed(planner, error.traceback, begin)
     except InputError:
         raise
-    except Exception:  # noqa: BLE001  a planner may fail in any way
-        error = traceback.format_exc(limit=-4).strip()
-        logger.warning("training %s failed: %s", planner.id, error.splitlines()[-1])
-        return SetUp(Fault.ERROR.value, f"training: {error}", monotonic() - begin)
+    except Exception:  # noqa: BLE001  ours may fail too
+        return _failed(planner, traceback.format_exc(limit=-4).strip(), begin)
     return None
+
+
+def _failed(planner: Entry[Planner], error: str, begin: float) -> SetUp:
+    logger.warning("training %s failed: %s", planner.id, error.splitlines()[-1])
+    return SetUp(Fault.ERROR.value, f"training: {error}", monotonic() - begin)
+
+
+def refuse_untrained(planner: Entry[Planner], world: World) -> None:
+    """Raises InputError if a planner would have to be trained first, and says how."""
+    if queries.lacks_weights(planner, world):
+        how = _how_to_train(planner.id, world)
+        raise InputError(f"{planner.id} has no weights for {world.entry.id}; `{how}` makes some")
+
+
+def _how_to_train(planner: str, world: World) -> str:
+    return shlex.join(["bench", "train", "--env", world.entry.id, "--planner", planner])
 
 
 def ready(env: Entry[Environment], planner: Entry[Planner], may_train: bool) -> Planner:
@@ -127,25 +137,11 @@ def ready(env: Entry[Environment], planner: Entry[Planner], may_train: bool) -> 
     """
     made, world = planner.make(), env.make()
     _check_supported(made, planner.id, world)
-    refused = unready(env, planner, world, may_train=may_train)
+    refused = unready(planner, World(env, world), may_train=may_train)
     if refused is not None:
         raise InputError(f"{planner.id}: {refused.error}")
     made.setup(world, seed=0)
     return made
-
-
-def expected_minutes(planner: Entry[Planner], world: Environment) -> float:
-    """About how long a planner has to be trained before it can run in an environment."""
-    made = planner.make()
-    return made.expected_minutes(world) if _lacks_weights(made, world) else 0.0
-
-
-def _lacks_weights(planner: Planner, env: Environment) -> TypeGuard[LearnedPlanner]:
-    return (
-        isinstance(planner, LearnedPlanner)
-        and planner.unsupported(env) is None
-        and planner.weights_file(env) is None
-    )
 
 
 def _learned(planner: Entry[Planner]) -> LearnedPlanner:

@@ -7,14 +7,12 @@ log that the parent gave as standard output and error.
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import faulthandler
 import gc
 import os
 import resource
 import signal
 import socket
-import sys
 import traceback
 from time import perf_counter
 
@@ -24,6 +22,7 @@ from bench import wire
 from bench.claim import in_memory, wait_for_devices
 from bench.left_running import Before
 from bench.memory import MemoryPeak
+from bench.process_group import tie_to_parent
 from bench.process_tree import below_cpu_s, own_cpu_s
 from bench.record import Fault
 from envs import Environment, Problem
@@ -31,7 +30,6 @@ from envs.registry import Entry
 from planners import Budget, Planner
 
 _MOST_SAID = 10_000  # characters at either end of what is said of an error
-_SIGNAL_OF_PARENTS_DEATH, _ADOPT = 1, 36  # of prctl(2)
 
 
 def main(descriptor: int) -> None:
@@ -39,7 +37,7 @@ def main(descriptor: int) -> None:
     connection = socket.socket(fileno=descriptor)
     os.set_inheritable(descriptor, False)  # else what the planner starts would keep it open
     faulthandler.enable()
-    _tie_to_parent()
+    tie_to_parent()
     try:
         request, _ = wire.receive(connection)
         _limit_memory(request["memory_limit_mb"])
@@ -56,15 +54,6 @@ def main(descriptor: int) -> None:
     finally:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(0, signal.SIGCONT)  # what this one started must hear that it ends
-
-
-def _tie_to_parent() -> None:
-    """A worker that is stopped goes on if its parent dies, and then ends of itself; what its
-    children start and leave becomes its own, so that it is seen (Linux)."""
-    if sys.platform == "linux":
-        system = ctypes.CDLL(None)
-        system.prctl(_SIGNAL_OF_PARENTS_DEATH, signal.SIGCONT)
-        system.prctl(_ADOPT, 1)
 
 
 def _limit_memory(megabytes: int) -> None:

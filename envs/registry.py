@@ -8,11 +8,8 @@ text form of an entry.
 
 from __future__ import annotations
 
-import logging
-import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from importlib.metadata import EntryPoint, entry_points
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from envs.arguments import (
@@ -23,48 +20,13 @@ from envs.arguments import (
     typed_arguments,
 )
 from envs.errors import InputError, UnknownNameError, reason
-from envs.loading import load_class
+from envs.plugins import PlugIns
+from envs.spec import Spec, check_form
 from envs.text_values import text_of
 
-logger = logging.getLogger(__name__)
+__all__ = ["Entry", "Registry", "Spec"]
+
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Spec:
-    """How something is made: `entry_point` is "module:Class" or "/folder/file.py:Class", called
-    with `arguments`.
-
-    `version` rises whenever results would no longer compare with earlier ones. `groups` are names
-    under which several are chosen together ("paper"); "all" has those with `in_all`. `without`
-    maps an argument to the id of the spec that is meant where the argument is not given: a stand-in
-    under its own name. `not_repeatable` is why a planner's path may differ although its seed is
-    the same and no clock cuts it short. `origin` is where a spec of somebody else's is from, a
-    distribution or a file; it is empty for our own.
-    """
-
-    id: str
-    entry_point: str
-    description: str
-    arguments: Mapping[str, Any] = field(default_factory=dict)
-    version: int = 1
-    aliases: tuple[str, ...] = ()
-    groups: tuple[str, ...] = ()
-    in_all: bool = True
-    without: Mapping[str, str] = field(default_factory=dict)
-    not_repeatable: str = ""
-    origin: str = ""
-
-    def load(self) -> type:
-        """The class.
-
-        Raises:
-            InputError: it cannot be imported.
-        """
-        try:
-            return load_class(self.entry_point)
-        except InputError as error:
-            raise InputError(f"{self.id!r} cannot be loaded: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -102,6 +64,16 @@ class Entry(Generic[T]):
         spec = Spec(id, description["entry_point"], "", fixed)
         return Entry(spec, typed_arguments(id, spec.load(), fixed, description["chosen"]))
 
+    def imported(self) -> Entry[T]:
+        """The same, its class imported into this process, where another one looked at it so far
+        and has given the arguments as texts.
+
+        Raises:
+            InputError: its class cannot be imported, or is not what it was.
+        """
+        described: Entry[T] = Entry.described(self.description)
+        return Entry(self.spec, described.arguments)
+
     def make(self) -> T:
         """A new instance.
 
@@ -128,16 +100,18 @@ class Registry(Generic[T]):
         specs: its own, in the order in which they are listed.
         entry_point_group: under which other packages announce more; each loads to a `Spec`.
         base: what their classes must be subclasses of.
+
+    Attributes:
+        plugins: who looks at what others add.
     """
 
     def __init__(
         self, kind: str, specs: Iterable[Spec], entry_point_group: str, base: type = object
     ) -> None:
         self.kind = kind
-        self._group = entry_point_group
-        self._base = base
+        self.plugins = PlugIns(kind, entry_point_group, base)
         self._specs: dict[str, Spec] = {}
-        self._plugins: set[str] = set()
+        self._announced: set[str] = set()
         self._plugins_read = False
         for spec in specs:
             self.register(spec)
@@ -148,18 +122,13 @@ class Registry(Generic[T]):
         Raises:
             InputError: its id or an alias is taken or not well formed.
         """
-        self._check_form(spec)
+        check_form(self.kind, spec)
         groups = {group for known in self._specs.values() for group in known.groups}
         for name in (spec.id, *spec.aliases):
             if name == "all" or name in groups or name in self._names():
                 whose = f", so {spec.origin} cannot add it" if spec.origin else ""
                 raise InputError(f"there is a {self.kind} called {name!r} already{whose}")
         self._specs[spec.id] = spec
-
-    def _check_form(self, spec: Spec) -> None:
-        for name in (spec.id, *spec.aliases):
-            if not re.fullmatch(r"[A-Za-z0-9_.*+-]+", name):
-                raise InputError(f"{name!r} is not a well-formed {self.kind} name")
 
     def unregister(self, id: str) -> None:
         """Takes a spec out again."""
@@ -216,9 +185,9 @@ class Registry(Generic[T]):
                 if wanted(entry):
                     yield entry
             except (Exception, SystemExit) as error:
-                if spec.id not in self._plugins:
+                if spec.id not in self._announced:
                     raise
-                self._skip(f"{spec.id!r} of {spec.origin}", error)
+                self.plugins.skip(f"{spec.id!r} of {spec.origin}", error)
 
     def entry(self, text: str) -> Entry[T]:
         """What "name" or "name:key=value,..." names.
@@ -278,12 +247,14 @@ class Registry(Generic[T]):
         self._check_class(spec)
         if not chosen:
             return Entry(spec, {})
+        if spec.origin:
+            return Entry(spec, self.plugins.typed(spec, chosen))
         return Entry(spec, typed_arguments(spec.id, spec.load(), spec.arguments, chosen))
 
     def _check_class(self, spec: Spec) -> None:
         """Of a stranger's spec: our own classes are imported when they are made."""
-        if spec.origin and not issubclass(spec.load(), self._base):
-            raise InputError(f"{spec.id!r} of {spec.origin} is not a {self._base.__name__}")
+        if spec.origin:
+            self.plugins.check(spec)
 
     def make(self, text: str) -> T:
         """A new instance of what `text` names. See `entry`."""
@@ -297,25 +268,10 @@ class Registry(Generic[T]):
             return
         without = dict(self._specs)
         try:
-            for spec in filter(None, map(self._plugin, entry_points(group=self._group))):
+            for spec in self.plugins.of_packages():
                 self.register(spec)
         except InputError:
             self._specs = without  # so that the next call says the same
             raise
-        self._plugins = self._specs.keys() - without.keys()
+        self._announced = self._specs.keys() - without.keys()
         self._plugins_read = True
-
-    def _plugin(self, point: EntryPoint) -> Spec | None:
-        """The spec that a package announces, or None if it is broken."""
-        try:
-            spec = point.load()
-            if not isinstance(spec, Spec):
-                raise TypeError(f"{point.value} is a {type(spec).__name__}, not a Spec")
-            self._check_form(spec)
-        except (Exception, SystemExit) as error:  # noqa: BLE001  may fail in any way
-            self._skip(repr(point.name), error)
-            return None
-        return replace(spec, origin=point.dist.name if point.dist else point.value)
-
-    def _skip(self, what: str, error: BaseException) -> None:
-        logger.warning("%s plug-in %s is skipped: %s", self.kind, what, reason(error))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,17 +10,17 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from bench import training
 from bench.conformance.cage import hopeless
 from bench.conformance.probe import PROBED
 from bench.contestant import SETUP_LIMIT_S
 from bench.judge import Judge, Judgement
+from bench.planner_queries import World, is_learned
 from bench.process import Attempt, SetUp, WorkerProcess
 from bench.record import Fault
-from envs import Environment, InputError, Problem, Spec
+from bench.training import refuse_untrained
+from envs import Environment, Problem, Spec
 from envs.registry import Entry
 from planners import Planner, Status
-from planners.learned import LearnedPlanner
 
 TIME_LIMIT_S = 2.0
 """For each problem."""
@@ -140,8 +139,8 @@ def gathered(
     Raises:
         InputError: the environment cannot be made, or the planner would have to be trained first.
     """
-    if issubclass(planner.spec.load(), LearnedPlanner):
-        _check_trained(env, planner)
+    if is_learned(planner):
+        refuse_untrained(planner, World(env, env.make()))
     world = env.make()  # the judge's own
     asked = _Asked(world, env, probed(planner), time_limit_s, start)
     problems = world.sample_problems(_PROBLEMS, _SEED)
@@ -157,19 +156,12 @@ def gathered(
     with asked.process() as (process, _):
         again = tuple(asked.tried(process, _first_solutions(problems[::-1])))
     caged = None
-    if not issubclass(planner.spec.load(), LearnedPlanner):  # which has no weights for it
+    if not is_learned(planner):  # which has no weights for it
         cage = _Asked(_CAGE.make(), _CAGE, asked.planner, time_limit_s, start)
         with cage.process() as (process, caged):
             walled_in = [("a start that is walled in", hopeless(), math.inf)]
             unsolvable += tuple(cage.tried(process, walled_in))
     return Evidence(set_up, solvable, again, unsolvable, caged, planner.spec.not_repeatable)
-
-
-def _check_trained(env: Entry[Environment], planner: Entry[Planner]) -> None:
-    unready = training.unready(env, planner, env.make(), may_train=False)
-    if unready is not None:
-        how = shlex.join(["bench", "train", "--env", env.id, "--planner", planner.id])
-        raise InputError(f"{planner.id} has no weights for {env.id}; `{how}` makes some")
 
 
 _Question = tuple[str, Problem, float]

@@ -11,16 +11,19 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import plugins
 import psutil
 import pytest
 from conftest import Cli, records_of
 
+import envs
 from bench import judge as bench_judge
 from bench import launch
 from bench import record as bench_record
 from bench import runner as bench_runner
 from bench.process_group import CAN_PAUSE
 from bench.report.recorded import RecordedRun
+from envs import Environment, Registry
 from envs.scenes.cluttered import Cluttered3D
 
 FEW = ("run", "--env", "c3d", "--problems", 2, "--stop", "first")
@@ -184,48 +187,54 @@ CHANGES = {
     "a constant": "import bench.record\nbench.record.LATE = 'VALID'",
     "the clock": "import bench.runner\nbench.runner.monotonic = lambda: 0.0",
     "what is imported later": "from envs.scenes.cluttered import Cluttered3D\n"
-    "Cluttered3D.definition = lambda self: {}",
+    "Cluttered3D.clearance = lambda self, q: None",
     "when it is made": "CHANGES_WHEN_MADE = True",
 }
 
-
-@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
-def test_no_file_changes_the_benchmark(
-    bench: Cli, change: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    judging, running = bench_judge.Judge, bench_runner
-    for whose, name in (
-        (judging, "__call__"),
-        (judging.__call__, "__code__"),
-        (bench_record, "LATE"),
-        (running, "Judge"),
-        (running, "monotonic"),
-        (Cluttered3D, "definition"),
-    ):
-        monkeypatch.setattr(whose, name, getattr(whose, name))  # put back in the end
-    file = tmp_path / "changes.py"
-    file.write_text(f"{change}\n{PLAIN}")
-    code, _, err = bench(
-        *(*FEW, "--planners", "straight,rrtconnect", "--planner-file", file),
-        *("--out", tmp_path / "out"),
-    )
-    assert code == 2
-    assert "was changed by a file" in err
-    assert err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
-
-
-PLAIN = """
+WORLD = """
 import bench.judge
 
-from planners import Planner, PlannerResult, Status
+from envs import Spec
+from envs.scenes.boxes import SingleBox
 
 
-class Straight(Planner):
+class Changed(SingleBox):
     def __init__(self):
         if "CHANGES_WHEN_MADE" in globals():
             bench.judge.Judge.__call__ = lambda *a: None
+        super().__init__()
 
-    def solve(self, problem, budget):
-        return PlannerResult(Status.EXACT_SOLUTION, [problem.start, problem.goal])
+
+WORLD = Spec("changed", "{name}:Changed", "a world")
 """
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_no_package_with_environments_changes_the_benchmark(
+    bench: Cli, change: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for whose, name in (
+        (bench_judge.Judge, "__call__"),
+        (bench_judge.Judge.__call__, "__code__"),
+        (bench_record, "LATE"),
+        (bench_runner, "Judge"),
+        (bench_runner, "monotonic"),
+        (Cluttered3D, "clearance"),
+    ):
+        monkeypatch.setattr(whose, name, getattr(whose, name))  # put back in the end
+    name = f"changes_{tmp_path.name}"  # another for each, as modules stay imported
+    text = f"{change}\n{WORLD.replace('{name}', name)}"
+    plugins.install(tmp_path, name, text, {"bench.envs changed": f"{name}:WORLD"})
+    monkeypatch.syspath_prepend(tmp_path)
+    known = Registry[Environment](
+        "environment", [envs.REGISTRY.entry("c3d").spec], "bench.envs", Environment
+    )
+    monkeypatch.setattr(envs, "REGISTRY", known)
+    code, _, err = bench(
+        *("run", "--env", "changed", "--problems", 2, "--stop", "first"),
+        *("--planners", "rrtconnect", "--out", tmp_path / "out"),
+    )
+    assert code == 2
+    assert "was changed by a package with environments" in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "out").exists()

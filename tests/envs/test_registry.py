@@ -228,7 +228,7 @@ def test_plugins_are_read_and_broken_ones_are_named_and_skipped(
 ) -> None:
     module = test_plugins_are_read_and_broken_ones_are_named_and_skipped.__module__
     monkeypatch.setattr(
-        "envs.registry.entry_points",
+        "envs.plugins.entry_points",
         lambda group: [
             EntryPoint("good", f"{module}:PLUGIN", group),
             EntryPoint("bad", "no.such.plugin:SPEC", group),
