@@ -12,19 +12,19 @@ import pandas as pd
 
 import envs
 import planners
-from bench import training
-from bench.contestant import Contestant
-from bench.judge import Judge
-from bench.record import decode_path, encode_path, outcome
-from bench.report.recorded import RecordedRun
-from bench.session import Session
-from bench.suite import CPU, Arena, StopRule, Suite, on_device
+from bench.analysis.run_results import RunResults
+from bench.execution import weights_manager
+from bench.execution.config import CPU, ProblemSet, RunConfig, StopRule, on_device
+from bench.execution.session import Session
+from bench.execution.supervised_planner import SupervisedPlanner
+from bench.judging.judge import Judge
+from bench.storage.record import decode_path, encode_path, outcome
 from envs import Environment, InputError
 from envs.errors import UnknownNameError
 from envs.problem import Array
 from envs.registry import Entry
 from planners import Planner
-from planners.learned import checked_device
+from planners.learning.learned_planner import checked_device
 
 _SHOWN = ("outcome", "status", "verdict", "solve_s", "length", "safety_margin", "waypoints")
 """Columns of the two rows that are printed."""
@@ -38,7 +38,7 @@ class Replay:
     """An attempt twice: as recorded, and made again.
 
     Attributes:
-        then, now: the rows, with the columns of `bench.record.Record`.
+        then, now: the rows, with the columns of `bench.storage.record.Record`.
         notes: what may explain a difference, a line each.
     """
 
@@ -88,16 +88,16 @@ def replay(folder: Path, planner: str, problem: int, env: str | None = None) -> 
         InputError: the run has no such attempt, or planner, environment or rules are not those of
             the run any more.
     """
-    run = RecordedRun.read(folder)
+    run = RunResults.read(folder)
     [selection] = run.selections
     where = _arena_of(selection, env, folder)
     who = _planner_of(selection, planner, folder)
     attempts = run.records[run.records["env_fingerprint"] == where["fingerprint"]]
     then = _row(attempts[attempts["planner"] == who.id], problem, f"{folder}: {who.id}")
-    arena = _made(where, problem, selection["seed"])
-    suite = _suite(selection, arena, who, problem)
-    stop_cost = suite.stop.stop_cost(_reference_length(suite.stop, attempts, problem))
-    now = _attempted(suite, stop_cost)
+    problem_set = _made(where, problem, selection["seed"])
+    config = _config(selection, problem_set, who, problem)
+    stop_cost = config.stop.stop_cost(_reference_length(config.stop, attempts, problem))
+    now = _attempted(config, stop_cost)
     return Replay(then, now, tuple(_notes(then, now, who)))
 
 
@@ -151,21 +151,24 @@ def _missing(value: Any) -> bool:
     return value is None or (isinstance(value, float) and bool(np.isnan(value)))
 
 
-def _made(where: Mapping[str, Any], problem: int, seed: int) -> Arena:
+def _made(where: Mapping[str, Any], problem: int, seed: int) -> ProblemSet:
     entry: Entry[Environment] = envs.REGISTRY.entry(where["id"])
-    arena = Arena.make(entry, problem + 1, seed)
-    if arena.env.fingerprint != where["fingerprint"]:
+    problem_set = ProblemSet.make(entry, problem + 1, seed)
+    if problem_set.env.fingerprint != where["fingerprint"]:
         raise InputError(
             f"{entry.id} is not what it was: its fingerprint was {where['fingerprint']} and is "
-            f"{arena.env.fingerprint}; replay with the files and versions that the manifest names"
+            f"{problem_set.env.fingerprint}; replay with the files and versions that the manifest "
+            "names"
         )
-    return replace(arena, problems=arena.problems[problem:])
+    return replace(problem_set, problems=problem_set.problems[problem:])
 
 
-def _suite(selection: Mapping[str, Any], arena: Arena, planner: Entry[Planner], i: int) -> Suite:
+def _config(
+    selection: Mapping[str, Any], problem_set: ProblemSet, planner: Entry[Planner], i: int
+) -> RunConfig:
     settings = selection["settings"]
-    suite = Suite(
-        (arena,),
+    config = RunConfig(
+        (problem_set,),
         (planner,),
         i + 1,
         selection["seed"],
@@ -176,10 +179,10 @@ def _suite(selection: Mapping[str, Any], arena: Arena, planner: Entry[Planner], 
         train=False,
         device=checked_device(settings.get("device", CPU)),
     )
-    if suite.settings != settings:
+    if config.settings != settings:
         old = settings["rules"]
         raise InputError(f"the run was measured by rules {old}, and this version has others")
-    return suite
+    return config
 
 
 def _reference_length(stop: StopRule, attempts: pd.DataFrame, problem: int) -> float | None:
@@ -191,23 +194,23 @@ def _reference_length(stop: StopRule, attempts: pd.DataFrame, problem: int) -> f
     return None if solved.empty else float(solved["length"].iloc[0])
 
 
-def _attempted(suite: Suite, stop_cost: float) -> Mapping[str, Any]:
+def _attempted(config: RunConfig, stop_cost: float) -> Mapping[str, Any]:
     """The new row."""
-    [arena], [planner] = suite.arenas, suite.planners
-    [problem] = arena.problems
-    wanted = on_device(planner, suite.device)
-    unready = training.unready(wanted, arena.shown, may_train=False)
-    contestant = Contestant(arena, planner, suite, Session(), unready)
+    [problem_set], [planner] = config.problem_sets, config.planners
+    [problem] = problem_set.problems
+    wanted = on_device(planner, config.device)
+    unready = weights_manager.unready(wanted, problem_set.shown, may_train=False)
+    supervised = SupervisedPlanner(problem_set, planner, config, Session(), unready)
     try:
-        attempt = contestant.attempt(problem, stop_cost)
+        attempt = supervised.attempt(problem, stop_cost)
     finally:
-        contestant.stop()
-    judged = Judge(arena.env)(problem, attempt.path) if attempt.claims else None
+        supervised.stop()
+    judged = Judge(problem_set.env)(problem, attempt.path) if attempt.claims else None
     verdict = judged.verdict.value if judged else ""
-    what = outcome(attempt.status, verdict, attempt.solve_s, suite.time_limit_s)
+    what = outcome(attempt.status, verdict, attempt.solve_s, config.time_limit_s)
     path = encode_path(attempt.path)
     known = {"run_id": "replay", "outcome": what, "measured_at": "", "path": path}
-    return asdict(contestant.record(problem, attempt, judged, **known))
+    return asdict(supervised.record(problem, attempt, judged, **known))
 
 
 def _path_difference(then: Array | None, now: Array | None) -> str:

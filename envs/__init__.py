@@ -1,6 +1,6 @@
 """What is planned in: robots, scenes, collision checking, problems."""
 
-from envs.base import Environment
+from envs.environment import Environment
 from envs.errors import InputError
 from envs.problem import Path, Problem
 from envs.registry import Registry, Spec
@@ -27,7 +27,7 @@ REGISTRY: Registry[Environment] = Registry(
         ),
         Spec(
             "gibson-generated",
-            "envs.scenes.generated_house:GeneratedHouse",
+            "envs.scenes.gibson:GeneratedHouse",
             "point robot in a generated, furnished house, scanned with flaws (scene, robot_radius)",
         ),
         Spec(

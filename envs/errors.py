@@ -1,4 +1,4 @@
-"""Errors a user can cause and mend.
+"""Errors a user can cause and mend, and what is said of input that is not quite as it may seem.
 
 InputError                  one clear line: what was wrong, what to do; the CLI exits with 2
 └── UnknownNameError        a name no registry knows; suggests the nearest
@@ -7,8 +7,10 @@ InputError                  one clear line: what was wrong, what to do; the CLI 
 from __future__ import annotations
 
 import difflib
+import logging
 import reprlib
 from collections.abc import Iterable
+from functools import cache
 
 _MOST = 1000
 """Characters of a message; what is longer nobody reads."""
@@ -69,3 +71,12 @@ def reason(error: BaseException) -> str:
     """What another's exception says, in one line, with its type."""
     said = " ".join(str(error).split())
     return f"{type(error).__name__}: {said}" if said else type(error).__name__
+
+
+logger = logging.getLogger(__name__)
+
+
+@cache
+def tell_once(message: str) -> None:
+    """Logs a line, once in a process, however often the same world is made."""
+    logger.info(message)

@@ -19,7 +19,7 @@ def _ompl(
 ) -> Spec:
     return Spec(
         id,
-        "planners.ompl:OmplPlanner",
+        "planners.ompl.planner:OmplPlanner",
         f"OMPL's {name} with certified motion checks",
         {"algorithm": algorithm},
         aliases=aliases,

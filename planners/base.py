@@ -1,4 +1,4 @@
-"""The contract of a planner."""
+"""The contract of a planner, and of one that knows arrival times from anywhere to anywhere."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import Enum
 from time import perf_counter
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from envs import Environment, Problem
+from envs.problem import Array
 
 
 class Status(str, Enum):
@@ -80,3 +81,12 @@ class Planner(ABC):
         Threads and processes that it begins must have ended when it returns, and those of pools
         and libraries be at rest; what works on is a fault (`LEFT_RUNNING`).
         """
+
+
+@runtime_checkable
+class TimeFieldPlanner(Protocol):
+    """A planner, once set up, whose field of arrival times can be looked at."""
+
+    def times_and_speeds(self, source: Array, q: Array) -> tuple[Array, Array]:
+        """Arrival times (n,) from `source` (d,) at configurations (n, d), and the speeds (n,)
+        that the field implies there, 1 / |grad T|."""

@@ -11,11 +11,11 @@ from bad_urdfs import collision, joint, link, robot
 from scipy.spatial.transform import Rotation
 
 from envs import Environment
-from envs.collision.covering import Spheres
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.shapes import Box, Cylinder, Placed, Solid, Sphere
+from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere
+from envs.collision.sphere_approximation import Spheres
 from envs.problem import Array
-from envs.robots.arm import Arm, ArmView, Part
+from envs.robots.arm import Arm, Part, RobotArrays
 from envs.robots.chain import Chain, Joint, Link
 
 ARMS = ("arm4", "arm5", "arm6")
@@ -65,7 +65,7 @@ def arm_of(joints: list[Joint], *parts: Part, self_collision: bool = False) -> A
 
 def ball(body: int, radius: float, x: float, y: float = 0, z: float = 0) -> Part:
     """A sphere of a body."""
-    return Part(body, Placed(Sphere(radius), at(x, y, z)))
+    return Part(body, PlacedShape(Sphere(radius), at(x, y, z)))
 
 
 def fcl_only(env: Environment) -> CollisionModel:
@@ -94,7 +94,7 @@ def spheres_within(solid: Solid, slack: float) -> Spheres:
     return Spheres(centers, np.full(len(centers), radius))
 
 
-def within(arm: Arm) -> ArmView:
+def within(arm: Arm) -> RobotArrays:
     """An arm's view by spheres within its solids: clearances from these are never less than the
     true ones."""
     with pytest.MonkeyPatch.context() as patch:

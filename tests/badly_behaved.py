@@ -16,7 +16,7 @@ import numpy as np
 
 from envs import Environment, Problem
 from planners import Budget, Planner, PlannerResult, Status
-from planners.ompl import OmplPlanner
+from planners.ompl.planner import OmplPlanner
 
 
 class Faultless(OmplPlanner):

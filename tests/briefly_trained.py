@@ -6,12 +6,12 @@ import sys
 from dataclasses import replace
 
 from bench import cli
-from planners import learning
 from planners.fields.methods import IN_ROOMS
-from planners.training import Recipe
+from planners.learning import trainer
+from planners.learning.training_loop import Recipe
 
 if __name__ == "__main__":
     whole = IN_ROOMS["ntfields"]
     IN_ROOMS["ntfields"] = replace(whole, recipe=Recipe(steps=whole.recipe.steps // 8))
-    learning._VALIDATION_PROBLEMS = 2
+    trainer._VALIDATION_PROBLEMS = 2
     sys.exit(cli.main(sys.argv[1:]))

@@ -15,9 +15,9 @@ import pytest
 import envs
 import planners
 from bench import cli
-from bench.report.recorded import RecordedRun
+from bench.analysis.run_results import RunResults
 from envs import Environment
-from planners import parallel
+from planners.learning import resumable_map
 
 Cli = Callable[..., tuple[int, str, str]]
 Refused = Callable[..., str]
@@ -41,7 +41,7 @@ def has_data(name: str) -> bool:
 
 def records_of(folder: Path) -> pd.DataFrame:
     """What a folder's latest run is about, a row an attempt."""
-    return RecordedRun.read(folder).records
+    return RunResults.read(folder).records
 
 
 @pytest.fixture(scope="session")
@@ -106,7 +106,7 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     class Pool:
         def __init__(self, processes: int, *, initargs: tuple[Any, ...], **_: object) -> None:
             make, arguments = initargs
-            monkeypatch.setattr(parallel, "_work", make(*arguments))
+            monkeypatch.setattr(resumable_map, "_work", make(*arguments))
 
         def __enter__(self) -> Pool:
             return self
@@ -117,4 +117,4 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
         def map(self, function: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
             return map(function, items)
 
-    monkeypatch.setattr(parallel, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(resumable_map, "ProcessPoolExecutor", Pool)

@@ -15,7 +15,7 @@ import pinocchio
 import trimesh
 from numpy.typing import NDArray
 
-from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Sphere
+from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape, Sphere
 from envs.problem import Array
 
 _ALWAYS = 2000
@@ -31,7 +31,9 @@ class ExactArm:
         folders: where packages are.
     """
 
-    def __init__(self, file: Path, obstacles: Sequence[Placed], folders: Sequence[Path]) -> None:
+    def __init__(
+        self, file: Path, obstacles: Sequence[PlacedShape], folders: Sequence[Path]
+    ) -> None:
         self._model = pinocchio.buildModelFromUrdf(str(file))
         self._data = self._model.createData()
         kind = pinocchio.GeometryType.COLLISION
@@ -53,7 +55,7 @@ class ExactArm:
     def _geometries(self) -> Sequence[Any]:
         return list(self._shapes.geometryObjects)
 
-    def _add(self, name: str, placed: Placed) -> None:
+    def _add(self, name: str, placed: PlacedShape) -> None:
         turn, shift = placed.pose[:3, :3], placed.pose[:3, 3]
         if isinstance(placed.solid, Box):
             shift = shift + turn @ placed.solid.center

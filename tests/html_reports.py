@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from records import recorded, row
 
-from bench.report.recorded import RecordedRun
+from bench.analysis.run_results import RunResults
 from envs import Environment
 from envs.collision.shapes import Box
 from envs.problem import Array
@@ -36,7 +36,7 @@ def through(box: Box, c3d: Environment) -> Array:
     return path
 
 
-def run_in_c3d(c3d: Environment, *rows: dict[str, Any]) -> RecordedRun:
+def run_in_c3d(c3d: Environment, *rows: dict[str, Any]) -> RunResults:
     """Rows made for a stand-in of c3d, as of c3d itself."""
     here = c3d.fingerprint
     made = [{**one, "env_fingerprint": here} for one in rows]
@@ -73,7 +73,7 @@ def attempt(world: Environment, number: int, planner: str, problem: int) -> dict
     return row(planner, problem, outcome, solve_s=took, safety_margin=margin, **found)
 
 
-def six_by_hundred(c3d: Environment) -> RecordedRun:
+def six_by_hundred(c3d: Environment) -> RunResults:
     """Six planners on a hundred problems."""
     rows = [
         attempt(c3d, number, planner, problem)

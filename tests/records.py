@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
-from bench.record import COLUMNS, encode_path
-from bench.report.recorded import RecordedRun
+from bench.analysis.run_results import RunResults
+from bench.storage.record import COLUMNS, encode_path
 
 
 def row(planner: str, problem: int, outcome: str, **others: Any) -> dict[str, Any]:
@@ -44,7 +44,7 @@ def row(planner: str, problem: int, outcome: str, **others: Any) -> dict[str, An
     }
 
 
-def recorded(rows: Sequence[dict[str, Any]], **selection: Any) -> RecordedRun:
+def recorded(rows: Sequence[dict[str, Any]], **selection: Any) -> RunResults:
     """A run of such rows, whose planners are in the order in which they appear."""
     records = pd.DataFrame(rows, columns=list(COLUMNS))
     chosen = {
@@ -63,4 +63,4 @@ def recorded(rows: Sequence[dict[str, Any]], **selection: Any) -> RecordedRun:
         "setup_s": 1.0,
         "solve_s": 5.0,
     }
-    return RecordedRun((Path("somewhere"),), ({**chosen, **selection},), records, (session,))
+    return RunResults((Path("somewhere"),), ({**chosen, **selection},), records, (session,))

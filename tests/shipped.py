@@ -7,7 +7,7 @@ import pytest
 import planners
 from envs import Environment
 from planners import Planner
-from planners.learned import LearnedPlanner
+from planners.learning.learned_planner import LearnedPlanner
 
 
 def set_up(id: str, env: Environment) -> Planner:

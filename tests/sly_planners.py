@@ -272,7 +272,7 @@ class SpeaksWrongly(Planner):
     SAYS: tuple[Any, ...] = (-5.0, 1e9, 0.0, "soon", math.nan, 10**400)
 
     def setup(self, env: Environment, *, seed: int) -> None:
-        import bench.worker as worker
+        import bench.execution.worker as worker
 
         true = worker._Timed.__exit__
 

@@ -11,7 +11,7 @@ import yaml
 
 import envs
 import planners
-from bench import cli
+from bench.cli import app
 
 TEXT = (Path(__file__).parents[1] / "docs" / "github-actions.yml").read_text(encoding="utf-8")
 
@@ -30,7 +30,7 @@ def test_every_bench_command_is_accepted() -> None:
     shown = [*commands("\n".join(step.get("run", "") for step in steps())), *commands(TEXT)]
     assert [arguments[0] for arguments in shown] == ["run", "check"] * 2, "done, and in its comment"
     for arguments in shown:
-        chosen = vars(cli._parse(arguments))
+        chosen = vars(app._parse(arguments))
         if "env" in chosen:
             assert envs.REGISTRY.entries(chosen["env"])
             assert planners.REGISTRY.entries(chosen["planners"])

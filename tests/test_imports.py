@@ -9,7 +9,7 @@ LARGE = ("torch", "matplotlib", "plotly", "skfmm")
 
 TEXT = f"""
 import sys
-import bench.cli
+import bench.cli.app
 import envs, planners
 world = envs.make("arm4")
 planners.make("rrtconnect").setup(world, seed=0)

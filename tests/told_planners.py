@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from envs import Environment, Problem, Spec
-from planners import Budget, Planner, PlannerResult, Status, weight_files
-from planners.learned import LearnedPlanner, Trained, Training
-from planners.weight_files import Tensors
+from planners import Budget, Planner, PlannerResult, Status
+from planners.learning import weight_files
+from planners.learning.learned_planner import LearnedPlanner, Trained, Training
+from planners.learning.weight_files import Tensors
 
 
 def straight(problem: Problem, **stats: object) -> PlannerResult:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from bench.conformance import looks
-from bench.conformance.evidence import Evidence
 from bench.conformance.looks import LATE_S, LATE_SHARE, NotSeen
+from bench.conformance.trials import Evidence
 
 
 class Outcome(str, Enum):
@@ -36,7 +36,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckResult:
     """What came of a check, and what speaks against it, or why it does not apply."""
 
     check: Check
@@ -53,18 +53,18 @@ class Finding:
         return line
 
 
-def findings(evidence: Evidence) -> list[Finding]:
+def findings(evidence: Evidence) -> list[CheckResult]:
     """What comes of every check."""
     return [_finding(check, check.look(evidence)) for check in CHECKS]
 
 
-def _finding(check: Check, seen: list[str] | NotSeen) -> Finding:
+def _finding(check: Check, seen: list[str] | NotSeen) -> CheckResult:
     if isinstance(seen, NotSeen):
-        return Finding(check, Outcome.NOT_APPLICABLE, seen.reason)
+        return CheckResult(check, Outcome.NOT_APPLICABLE, seen.reason)
     if not seen:
-        return Finding(check, Outcome.PASSED)
+        return CheckResult(check, Outcome.PASSED)
     # One mistake is mostly made in every trial, and said once.
-    return Finding(check, Outcome.FAILED, "; ".join(dict.fromkeys(seen)))
+    return CheckResult(check, Outcome.FAILED, "; ".join(dict.fromkeys(seen)))
 
 
 CHECKS = (

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.conformance.evidence import Evidence, Trial
-from bench.record import Fault, Verdict
+from bench.conformance.trials import Evidence, Trial
+from bench.storage.record import Fault, Verdict
 
 LATE_SHARE, LATE_S = 0.05, 0.1
 """How far a planner may overrun its time limit: by the larger of this share of it and this many

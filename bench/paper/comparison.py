@@ -1,4 +1,6 @@
-"""Tables of planners: measured by the harness, row by row beside the paper's."""
+"""Tables of planners: measured by the harness, row by row beside the paper's, with a verdict on the
+difference by its interval.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +10,14 @@ from typing import Any
 
 import pandas as pd
 
-from bench import measuring
-from bench.paper import verdict
+from bench import api
+from bench.analysis.comparison import ComparisonVerdict
+from bench.analysis.run_results import RunResults
+from bench.analysis.statistics import difference_interval
+from bench.analysis.summary import summarise
+from bench.execution.config import make_run_config
 from bench.paper.experiment import Experiment, Place, Section, Table
-from bench.paper.verdict import Finding
-from bench.report import cells
-from bench.report.comparison import Verdict
-from bench.report.recorded import RecordedRun
-from bench.report.summary import summarise
-from bench.suite import make_suite
+from bench.report import formatting
 
 MEASURES = {"time_s": ("time s", 3), "length": ("length", 2), "safety_margin": ("margin", 2)}
 """What the paper's tables have besides success: by the summary's names, titles and digits."""
@@ -54,7 +55,7 @@ class Comparison(Experiment):
 
     def carried_out(self, place: Place) -> Section:
         problems = self.quick if place.quick else self.problems
-        suite = make_suite(
+        config = make_run_config(
             env=",".join(self.env),
             planner=",".join(self.planners),
             problems=problems,
@@ -65,7 +66,7 @@ class Comparison(Experiment):
             memory_limit_mb=4096,
             train=False,
         )
-        run = measuring.measured(suite, place.out / self.name)
+        run = api.measured(config, place.out / self.name)
         rows = rows_beside(run, place.figures(self.name))
         scaled = f"Quick look: {problems} problems instead of {self.problems}."
         return Section(
@@ -85,7 +86,7 @@ _HOW = (
 )
 
 
-def rows_beside(run: RecordedRun, figures: pd.DataFrame) -> list[dict[str, Any]]:
+def rows_beside(run: RunResults, figures: pd.DataFrame) -> list[dict[str, Any]]:
     """Ours and the paper's, a row for each planner in each environment that the paper lists: some
     columns of the summary, the paper's with "paper_" in front, and the verdict.
 
@@ -112,14 +113,14 @@ def _row(ours: dict[Any, Any], theirs: pd.DataFrame) -> dict[str, Any]:
     return row | {"verdict": found.verdict.value, "reason": found.reason}
 
 
-def _finding(row: dict[str, Any]) -> Finding:
+def _finding(row: dict[str, Any]) -> PaperVerdict:
     if math.isnan(row["paper_success_rate"]):
-        return Finding(Verdict.NOT_COMPARABLE, "not in the paper's table")
-    found = verdict.of_success(
+        return PaperVerdict(ComparisonVerdict.NOT_COMPARABLE, "not in the paper's table")
+    found = of_success(
         row["solved"], row["attempted"], row["paper_success_rate"], int(row["paper_problems"])
     )
     if row["attempted"] == 0:
-        return replace(found, reason=f"not attempted{cells.because(row)}")
+        return replace(found, reason=f"not attempted{formatting.because(row)}")
     ratio = row["time_s_mean"] / row["paper_time_s_mean"]
     if math.isnan(ratio):
         return found
@@ -132,7 +133,7 @@ def _cells(row: dict[str, Any]) -> dict[str, str]:
         "env": row["env"],
         "planner": row["planner"],
         "n": f"{row['problems']}",
-        "success %": cells.success(row),
+        "success %": formatting.success(row),
         "paper's": "-" if math.isnan(paper_rate) else f"{paper_rate:g}",
     }
     for name, (title, digits) in MEASURES.items():
@@ -142,5 +143,33 @@ def _cells(row: dict[str, Any]) -> dict[str, str]:
 
 
 def _moments(row: dict[str, Any], name: str, digits: int) -> str:
-    mean, variance = (cells.number(row[f"{name}_{of}"], digits) for of in ("mean", "var"))
+    mean, variance = (formatting.number(row[f"{name}_{of}"], digits) for of in ("mean", "var"))
     return mean if variance == "-" else f"{mean} ± {variance}"
+
+
+@dataclass(frozen=True)
+class PaperVerdict:
+    """A verdict on ours by the paper's, and why."""
+
+    verdict: ComparisonVerdict
+    reason: str
+
+
+def of_success(solved: int, problems: int, rate: float, paper_problems: int) -> PaperVerdict:
+    """On our success against the paper's: whether the interval of the difference holds 0.
+
+    Args:
+        solved, problems: ours.
+        rate, paper_problems: the paper's, a fraction, and the number of its problems.
+    """
+    if problems == 0:
+        return PaperVerdict(ComparisonVerdict.NOT_COMPARABLE, "nothing was measured")
+    theirs = round(rate * paper_problems)
+    low, high = difference_interval(solved, problems, theirs, paper_problems)
+    gain = 100 * (solved / problems - rate)
+    reason = f"success {gain:+.1f} points [{100 * low:+.1f}, {100 * high:+.1f}]"
+    if low > 0:
+        return PaperVerdict(ComparisonVerdict.BETTER, reason)
+    if high < 0:
+        return PaperVerdict(ComparisonVerdict.WORSE, reason)
+    return PaperVerdict(ComparisonVerdict.SAME, reason)

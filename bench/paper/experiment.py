@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from bench.analysis.run_results import RunResults
 from bench.report import markdown
-from bench.report.recorded import RecordedRun
 from envs import InputError
 
 
@@ -76,14 +76,14 @@ class Place:
         """The paper's figures for an experiment."""
         return pd.read_csv(self.data / f"{name}.csv")
 
-    def measured(self, name: str) -> RecordedRun:
+    def measured(self, name: str) -> RunResults:
         """What the comparison of that name measured.
 
         Raises:
             InputError: nothing yet.
         """
         try:
-            return RecordedRun.read(self.out / name)
+            return RunResults.read(self.out / name)
         except InputError as error:
             raise InputError(
                 f"{self.out} holds no run of {name} yet; `bench paper --only {name}` makes it"

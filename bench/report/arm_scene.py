@@ -18,10 +18,9 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import Normal, Stroke
 
 from bench.report import scene
-from bench.report.postures import ArmShape, along, free_posture, triangles_of
-from bench.report.projection import Projection, most_telling
+from bench.report.configurations import ArmShape, along, free_posture, triangles_of
+from bench.report.projection import Projection, most_telling, region_about
 from bench.report.raster import Layer, paint
-from bench.report.region import region_about
 from envs.problem import Array
 from envs.scenes.arm_world import ArmWorld
 

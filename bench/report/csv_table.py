@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bench.report.recorded import RecordedRun
+from bench.analysis.run_results import RunResults
 
 
-def write(run: RecordedRun, file: Path) -> None:
-    """Writes a row per environment and planner; see `bench.report.summary.COLUMNS`."""
+def write(run: RunResults, file: Path) -> None:
+    """Writes a row per environment and planner; see `bench.analysis.summary.COLUMNS`."""
     run.summary.to_csv(file, index=False)

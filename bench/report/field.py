@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from envs import Environment, InputError
 from envs.problem import Array
-from planners.time_field import TimeFieldPlanner
+from planners.base import TimeFieldPlanner
 
 PER_AXIS = 200
 """Nodes of a slice along its longer side."""
@@ -186,7 +186,7 @@ def _in_telling_plane(env: Environment) -> Array:
     heights = np.linspace(lower[2], upper[2], 41)[4:-4]
     planes = np.repeat(middle[None], len(heights), axis=0)
     planes[:, 2] = heights
-    shown = _room if env.enclosed else _fullness
+    shown = _room if env.is_interior else _fullness
     score = np.array([shown(env, env.clearance(_plane(through, x, y))) for through in planes])
     best = np.flatnonzero(score == score.max())
     telling: Array = planes[best[(len(best) - 1) // 2]]  # the middle one of a box's

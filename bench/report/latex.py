@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from bench.record import Verdict
-from bench.report import cells
-from bench.report.recorded import RecordedRun
+from bench.analysis.run_results import RunResults
+from bench.report import formatting
+from bench.storage.record import Verdict
 
 PACKAGES = ("booktabs", "graphicx")
 """What the tables need in a document's preamble."""
@@ -63,25 +63,26 @@ _BREAKS = re.compile(r"(?<=[/:=,._])(?=[^\s\d])")
 _BREAK = r"\allowbreak{}"
 
 
-def write(run: RecordedRun, file: Path) -> None:
+def write(run: RunResults, file: Path) -> None:
     """Writes both tables, each a float with caption and label."""
     file.write_text(text(run), encoding="ascii")
 
 
-def text(run: RecordedRun) -> str:
+def text(run: RunResults) -> str:
     """Both tables: all attempts (`tab:success`), and the commonly solved problems (`tab:common`).
     Outcomes other than success are told below the first. A table without rows is left out."""
     remarks = [f"{_prose(remark)}." for remark in run.remarks]
     notes = " ".join(
-        [escaped(cells.success_note(run.spread)), *_other_outcomes(run.summary), *remarks]
+        [escaped(formatting.success_note(run.spread)), *_other_outcomes(run.summary), *remarks]
     )
-    success = [_without_outcomes(row) for row in cells.success_rows(run.summary, run.spread)]
+    success = [_without_outcomes(row) for row in formatting.success_rows(run.summary, run.spread)]
+    notes_of_common = _COMMON, formatting.REACHED_NOTE, formatting.left_out_note(run.left_out)
     tables = [
         _float("success", f"{_SUCCESS} {_prose(run.caption)}", success, notes),
         _float(
             "common",
-            " ".join(map(_prose, filter(None, [_COMMON, cells.REACHED_NOTE, run.left_out_note]))),
-            cells.common_rows(run.common),
+            " ".join(_prose(said) for said in notes_of_common if said),
+            formatting.common_rows(run.common),
             "",
         ),
     ]
@@ -136,11 +137,11 @@ def _other_outcomes(summary: pd.DataFrame) -> list[str]:
     """A sentence on each row with outcomes other than success."""
     told = []
     for row in summary.to_dict("records"):
-        outcomes = cells.outcomes(row)
+        outcomes = formatting.outcomes(row)
         outcomes.pop(Verdict.VALID.value, None)
         if outcomes:
             who = f"{name(row['planner'])} in {name(row['env'])}"
-            said = cells.counted(outcomes) + cells.because(row)
+            said = formatting.counted(outcomes) + formatting.because(row)
             told.append(f"{who}: {escaped(said.rstrip('.'))}.")
     return told
 
@@ -166,7 +167,7 @@ def _float(label: str, caption: str, rows: Sequence[dict[str, str]], notes: str)
 def _tabular(rows: Sequence[dict[str, str]]) -> list[str]:
     """Lines of a table in which environments are headings."""
     titles = [title for title in rows[0] if title != "env"]
-    columns = "".join("r" if title in cells.NUMERIC else "l" for title in titles)
+    columns = "".join("r" if title in formatting.NUMERIC else "l" for title in titles)
     lines = [rf"\begin{{tabular}}{{{columns}}}", r"\toprule", _line(map(escaped, titles))]
     for env, group in groupby(rows, key=lambda row: row["env"]):
         lines += [r"\midrule", rf"\multicolumn{{{len(titles)}}}{{l}}{{{name(env)}}} \\"]
@@ -181,7 +182,11 @@ def _line(texts: Iterable[str]) -> str:
 
 
 def _cell(title: str, text: str) -> str:
-    return _breakable(text) if title in cells.WORDS and text != cells.NONE else _numbers(text)
+    return (
+        _breakable(text)
+        if title in formatting.WORDS and text != formatting.NONE
+        else _numbers(text)
+    )
 
 
 def _numbers(cell: str) -> str:

@@ -7,26 +7,26 @@ from pathlib import Path
 
 import pandas as pd
 
-from bench.report import cells
-from bench.report.recorded import RecordedRun
+from bench.analysis.run_results import RunResults
+from bench.report import formatting
 from envs.errors import printable
 
 
-def write(run: RecordedRun, file: Path) -> None:
+def write(run: RunResults, file: Path) -> None:
     """Writes both tables with their captions."""
     file.write_text(text(run), encoding="utf-8")
 
 
-def text(run: RecordedRun) -> str:
+def text(run: RunResults) -> str:
     """Both tables with their captions: all attempts, and the commonly solved problems."""
     parts = [
         run.caption,
-        table(cells.success_rows(run.summary, run.spread)),
-        cells.success_note(run.spread),
-        cells.COMMON_NOTE,
-        table(cells.common_rows(run.common)),
-        cells.REACHED_NOTE,
-        run.left_out_note,
+        table(formatting.success_rows(run.summary, run.spread)),
+        formatting.success_note(run.spread),
+        formatting.COMMON_NOTE,
+        table(formatting.common_rows(run.common)),
+        formatting.REACHED_NOTE,
+        formatting.left_out_note(run.left_out),
         "\n".join(f"- {remark}." for remark in run.remarks),
     ]
     lines = "\n\n".join(filter(None, parts)).split("\n")
@@ -37,7 +37,7 @@ def table(rows: Sequence[dict[str, str]]) -> str:
     """Rows of cells as a table."""
     if not rows:
         return "(none)"
-    aligned = ["right" if key in cells.NUMERIC else "left" for key in rows[0]]
+    aligned = ["right" if key in formatting.NUMERIC else "left" for key in rows[0]]
     escaped = pd.DataFrame(rows).map(lambda cell: printable(cell).replace("|", r"\|"))
     text: str = escaped.to_markdown(index=False, colalign=aligned, disable_numparse=True)
     return text

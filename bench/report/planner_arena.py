@@ -20,10 +20,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.record import LATE, Fault, Verdict
-from bench.report.history import cost_history
-from bench.report.recorded import RecordedRun
-from bench.report.summary import attempted_records, why_not_attempted
+from bench.analysis.run_results import RunResults
+from bench.analysis.summary import attempted_records, why_not_attempted
+from bench.storage.record import LATE, Fault, Verdict, cost_history
 from envs.problem import Array
 from planners import Status
 
@@ -95,7 +94,7 @@ CREATE TABLE progress
 """
 
 
-def write(run: RecordedRun, file: Path) -> None:
+def write(run: RunResults, file: Path) -> None:
     """Writes the database afresh; until it is whole, what was there before stays.
 
     An environment of a folder is an experiment, an attempt a run. Names and meanings are OMPL's
@@ -123,7 +122,7 @@ def write(run: RecordedRun, file: Path) -> None:
         made.replace(file)
 
 
-def _fill(connection: sqlite3.Connection, run: RecordedRun) -> None:
+def _fill(connection: sqlite3.Connection, run: RunResults) -> None:
     for outcome, value in STATUSES.items():
         row = {"name": "status", "value": value, "description": outcome}
         _insert(connection, "enums", row)

@@ -15,11 +15,11 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 import planners
-from bench.record import Verdict, decode_path
-from bench.report.interior import faced, interior
+from bench.report.projection import faced, interior
+from bench.storage.record import Verdict, decode_path
 from envs import Environment, InputError
 from envs.collision.fcl_model import Allowed
-from envs.collision.surface import triangulated
+from envs.collision.shapes import triangulated
 from envs.errors import suggestion
 from envs.problem import Array
 

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous
-from envs.collision.convex import least_distance, put
+from envs.collision.gjk import least_distance, put
 from envs.collision.separation import least_separation, separations, shapes_of
-from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, Placed, Solid
+from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, PlacedShape, Robot, Solid
 from envs.problem import Array
-from envs.robots.base import Robot
 
 DEFAULT_TOLERANCE = 1e-3
 
@@ -85,9 +84,9 @@ class CollisionModel:
         around = [o for o in obstacles if not isinstance(o, Box)]
         self._has_others = bool(around)
         self._around = shapes_of(
-            [o if isinstance(o, Placed) else Placed(o, np.eye(4)) for o in around]
+            [o if isinstance(o, PlacedShape) else PlacedShape(o, np.eye(4)) for o in around]
         )
-        self._shapes = shapes_of([Placed(shape, np.eye(4)) for shape in robot.shapes])
+        self._shapes = shapes_of([PlacedShape(shape, np.eye(4)) for shape in robot.shapes])
         self._has_meshes = bool(len(self._around.trees.radii) or len(self._shapes.trees.radii))
         self._collision = fcl.CollisionRequest()
         self._others: list[list[int]] = [[] for _ in range(robot.moving)]
@@ -241,7 +240,7 @@ def _manager(objects: Sequence[Any]) -> Any:
 
 
 def _placed(obstacle: Obstacle) -> fcl.CollisionObject:
-    if isinstance(obstacle, Placed):
+    if isinstance(obstacle, PlacedShape):
         rotation, translation = obstacle.pose[:3, :3], obstacle.pose[:3, 3]
         if isinstance(obstacle.solid, Box):
             translation = translation + rotation @ obstacle.solid.center

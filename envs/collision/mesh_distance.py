@@ -1,7 +1,7 @@
 """Distances from triangle meshes in compiled code, never above the truth.
 
 A tree of balls and boxes leads to the triangles that may be nearest. How far these are is found in
-closed form (`triangles`), or is the distance between convex solids (`convex`); both err to the safe
+closed form (`triangles`), or is the distance between convex solids (`gjk`); both err to the safe
 side.
 """
 
@@ -13,10 +13,10 @@ from typing import Any
 import numba
 import numpy as np
 
-from envs.collision.convex import distance, moved
-from envs.collision.primitives import CYLINDER, SPHERE, TRIANGLE, to_solid
+from envs.collision.gjk import distance, moved
+from envs.collision.primitive_sdf import CYLINDER, SPHERE, TRIANGLE, to_solid
 from envs.collision.triangles import point_to_triangle, triangle_to_triangle
-from envs.kernels import kernel
+from envs.compiled import njit_hot
 
 _jit = numba.njit(cache=True, nogil=True)
 
@@ -26,10 +26,10 @@ _DEEPEST = 64
 
 @_jit
 def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
-    """A lower bound of the distance between a solid, a row (17,) of `SceneView.solids` in the
+    """A lower bound of the distance between a solid, a row (17,) of `SceneArrays.solids` in the
     mesh's frame, and the surface of the mesh at a root; or `most`, if it is no less.
 
-    As near to the distance as `convex.distance`.
+    As near to the distance as `gjk.distance`.
     """
     solid = row.reshape((1, 17))
     triangle = np.zeros(17)
@@ -64,7 +64,7 @@ def _solid_to_triangle(triangle: Any, row: Any, most: float) -> float:
     return float(distance(triangle, row, most))
 
 
-@kernel
+@njit_hot
 def _solid_to_node(trees: Any, node: int, solid: Any) -> float:
     """The greater of what a node's ball and its box keep from a solid (1, 17) at least."""
     middle, axes = trees.middles[node], trees.axes[node]
@@ -79,7 +79,7 @@ def _solid_to_node(trees: Any, node: int, solid: Any) -> float:
     return float(max(by_ball, math.sqrt(squared)))
 
 
-@kernel
+@njit_hot
 def _reach(solid: Any, axis: Any) -> float:
     """How far a solid (1, 17) reaches from its centre along an axis (3,)."""
     if solid[0, 16] == SPHERE:
@@ -93,7 +93,7 @@ def _reach(solid: Any, axis: Any) -> float:
     return float(abs(p) * solid[0, 12] + abs(q) * solid[0, 13] + abs(along) * solid[0, 14])
 
 
-@kernel
+@njit_hot
 def _take_triangle(trees: Any, leaf: int, row: Any) -> None:
     """Writes the row (17,) of a leaf's triangle, in the mesh's frame."""
     for k in range(9):
@@ -145,7 +145,7 @@ def mesh_to_mesh(
     return least
 
 
-@kernel
+@njit_hot
 def _node_to_node(trees: Any, a: int, others: Any, b: int, pose: Any, most: float) -> float:
     """What two nodes keep from each other at least: what their boxes keep along the line through
     their middles, and where that is less than `most`, along the axes of either."""

@@ -1,6 +1,6 @@
 """How far shapes of any kind are apart, compiled: never more than they are.
 
-Solids in closed form or by `convex`, surfaces of meshes by `mesh_distance`: below the distance by
+Solids in closed form or by `gjk`, surfaces of meshes by `mesh_distance`: below the distance by
 no more than 1e-6 of it, or 1e-6 metres.
 """
 
@@ -14,23 +14,22 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.convex import distance, moved
-from envs.collision.covering import bounding_sphere
+from envs.collision.gjk import compose, distance, moved
 from envs.collision.mesh_distance import mesh_to_mesh, solid_to_mesh
 from envs.collision.mesh_tree import Trees, trees_of
-from envs.collision.primitives import NO_SOLID, solid_row
-from envs.collision.shapes import Mesh, Placed
-from envs.kernels import kernel
+from envs.collision.primitive_sdf import NO_SOLID, solid_row
+from envs.collision.shapes import Mesh, PlacedShape
+from envs.collision.sphere_approximation import bounding_sphere
+from envs.compiled import njit_hot
 from envs.problem import Array
-from envs.robots.chain import compose
 
 
 class Shapes(NamedTuple):
     """Placed shapes as compiled code sees them, each in the frame that it is placed in.
 
     Attributes:
-        rows: (p, 17), see `primitives.SceneView`; a mesh's is `NO_SOLID` and has but the centre and
-            the radius of a sphere that holds it.
+        rows: (p, 17), see `primitive_sdf.SceneArrays`; a mesh's is `NO_SOLID` and has but the
+            centre and the radius of a sphere that holds it.
         poses: (p, 3, 4) of the shapes.
         roots: (p,) of the trees of those that are meshes, -1 of others.
         trees: of all meshes.
@@ -42,7 +41,7 @@ class Shapes(NamedTuple):
     trees: Trees
 
 
-def shapes_of(placed: Sequence[Placed]) -> Shapes:
+def shapes_of(placed: Sequence[PlacedShape]) -> Shapes:
     """What compiled code is given of shapes."""
     trees, found = trees_of([one.solid for one in placed if isinstance(one.solid, Mesh)])
     roots = np.full(len(placed), -1)
@@ -55,7 +54,7 @@ def shapes_of(placed: Sequence[Placed]) -> Shapes:
     )
 
 
-def _row(placed: Placed) -> Array:
+def _row(placed: PlacedShape) -> Array:
     """See `Shapes`."""
     if not isinstance(placed.solid, Mesh):
         return solid_row(placed.solid, placed.pose)
@@ -127,7 +126,7 @@ def separations(shapes: Any, i: int, j: int, poses: Any, most: float) -> Any:
     return found
 
 
-@kernel
+@njit_hot
 def _undo(pose: Any, out: Any) -> None:
     """Writes the pose (3, 4) that undoes one."""
     for i in range(3):

@@ -1,11 +1,12 @@
-"""Solid shapes that scenes and robots are made of."""
+"""Solid shapes of scenes and robots, points on them, and what collision checking asks a robot."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,7 +122,7 @@ def _numbers(solid: Solid) -> list[Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PlacedShape:
     """A solid put somewhere.
 
     Attributes:
@@ -142,5 +143,82 @@ class Placed:
         return [*_numbers(self.solid), rounded(self.pose[:3])]
 
 
-Obstacle = Box | Mesh | Placed
+Obstacle = Box | Mesh | PlacedShape
 """What is fixed in the workspace; boxes and meshes that are not placed are in its frame."""
+
+
+Pose = tuple[Array | None, Array]
+"""A rotation (3, 3), or None for none, and a translation (3,), in the workspace frame."""
+
+
+class Robot(Protocol):
+    """What collision checking needs to know of a robot."""
+
+    @property
+    def shapes(self) -> tuple[Solid, ...]:
+        """Its rigid bodies, each in its own frame; those that move come first."""
+
+    @property
+    def moving(self) -> int:
+        """How many of them move. Only these are checked against obstacles."""
+
+    @property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        """Which shapes, by their numbers, must not touch each other. The first of two moves, and
+        it is the one that moves as seen from the other."""
+
+    @property
+    def rate_bound(self) -> float:
+        """An upper bound, over all configurations, on the workspace distance that any point of
+        the robot travels per unit of distance in configuration space."""
+
+    def poses(self, q: Array) -> tuple[Pose, ...]:
+        """The placement of every shape at a configuration (d,)."""
+
+    def motion_bound(self, a: Array, b: Array) -> float:
+        """An upper bound on the workspace distance that any point of the robot travels per unit
+        of t while the configuration moves as a + t (b - a), t in [0, 1]."""
+
+
+if TYPE_CHECKING:
+    import trimesh
+
+SURFACE_POINTS = 20_000
+"""How many learners look at, as in the paper."""
+
+
+def surface_points(obstacles: Sequence[Obstacle], n: int, seed: int) -> Array:
+    """`n` points (n, 3), uniform by area over the obstacles' surfaces, in the workspace frame.
+
+    Where obstacles overlap, surface that lies within another is sampled as well.
+    """
+    import trimesh  # half a second, which processes that look at no surface can save
+
+    mesh = trimesh.util.concatenate([triangulated(obstacle) for obstacle in obstacles])
+    points, _ = trimesh.sample.sample_surface(mesh, n, seed=seed)
+    return np.asarray(points, dtype=np.float64)
+
+
+def triangulated(obstacle: Obstacle) -> trimesh.Trimesh:
+    """An obstacle's surface, in the workspace frame."""
+    if isinstance(obstacle, PlacedShape):
+        placed = _triangulated(obstacle.solid)
+        placed.apply_transform(obstacle.pose)
+        return placed
+    return _triangulated(obstacle)
+
+
+def _triangulated(solid: Solid) -> trimesh.Trimesh:
+    import trimesh
+
+    if isinstance(solid, Box):
+        box: trimesh.Trimesh = trimesh.creation.box(solid.sides)
+        box.apply_translation(solid.center)
+        return box
+    if isinstance(solid, Cylinder):
+        cylinder: trimesh.Trimesh = trimesh.creation.cylinder(solid.radius, solid.length)
+        return cylinder
+    if isinstance(solid, Sphere):
+        ball: trimesh.Trimesh = trimesh.creation.icosphere(subdivisions=2, radius=solid.radius)
+        return ball
+    return trimesh.Trimesh(solid.vertices, solid.faces, process=False)

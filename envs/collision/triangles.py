@@ -1,7 +1,7 @@
 """Distances of triangles in closed form, compiled.
 
-Triangles are rows (17,) as in `primitives.TRIANGLE`. Results are lowered by `_PRECISION`, which is
-far more than rounding can add to them.
+Triangles are rows (17,) as in `primitive_sdf.TRIANGLE`. Results are lowered by `_PRECISION`, which
+is far more than rounding can add to them.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from envs.kernels import kernel
+from envs.compiled import njit_hot
 
 _PRECISION = 1e-7
 """In metres, or by the distance where that is over a metre."""
@@ -19,7 +19,7 @@ _FLAT = 1e-20
 has edges only."""
 
 
-@kernel
+@njit_hot
 def point_to_triangle(row: Any, x: float, y: float, z: float) -> float:
     """The distance of a point from a triangle."""
     x, y, z = x - row[9], y - row[10], z - row[11]
@@ -38,7 +38,7 @@ def point_to_triangle(row: Any, x: float, y: float, z: float) -> float:
     return _lowered(squared)
 
 
-@kernel
+@njit_hot
 def triangle_to_triangle(one: Any, other: Any) -> float:
     """The distance between two triangles, 0 where they touch.
 
@@ -65,13 +65,13 @@ def triangle_to_triangle(one: Any, other: Any) -> float:
     return _lowered(squared)
 
 
-@kernel
+@njit_hot
 def _lowered(squared: float) -> float:
     length = math.sqrt(squared)
     return max(length - _PRECISION * max(1.0, length), 0.0)
 
 
-@kernel
+@njit_hot
 def _cross(a: Any, b: Any) -> tuple[float, float, float]:
     return (
         a[1] * b[2] - a[2] * b[1],
@@ -80,12 +80,12 @@ def _cross(a: Any, b: Any) -> tuple[float, float, float]:
     )
 
 
-@kernel
+@njit_hot
 def _dot(a: Any, b: Any) -> float:
     return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-@kernel
+@njit_hot
 def _within(row: Any, x: float, y: float, z: float) -> tuple[bool, float, float]:
     """Whether a point, from the triangle's middle, lies right above or below it; and how high, by
     the length of the normal, and that length squared."""
@@ -101,14 +101,14 @@ def _within(row: Any, x: float, y: float, z: float) -> tuple[bool, float, float]
     return by_e >= 0.0 and by_f >= 0.0 and by_e + by_f <= area, _dot(p, normal), area
 
 
-@kernel
+@njit_hot
 def _above(row: Any, x: float, y: float, z: float) -> float:
     """Squared distance of a point from what lies right below it of a triangle; else infinite."""
     within, high, area = _within(row, x, y, z)
     return high * high / area if within else math.inf
 
 
-@kernel
+@njit_hot
 def _pierces(one: Any, other: Any, x: float, y: float, z: float) -> bool:
     """Whether an edge of a triangle goes through another, at (x, y, z) from whose middle the
     first's is."""
@@ -127,7 +127,7 @@ def _pierces(one: Any, other: Any, x: float, y: float, z: float) -> bool:
     return False
 
 
-@kernel
+@njit_hot
 def _segments(p: Any, d: Any, q: Any, f: Any) -> float:
     """Squared distance between two segments, from p along d and from q along f (Ericson,
     "Real-Time Collision Detection", 2005, section 5.1.9)."""

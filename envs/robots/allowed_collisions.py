@@ -14,10 +14,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.containment import piece_points
-from envs.collision.mesh import queries
+from envs.collision.mesh import piece_points, queries
 from envs.collision.separation import Shapes, separations
-from envs.collision.shapes import Mesh, Placed
+from envs.collision.shapes import Mesh, PlacedShape
 from envs.problem import Array
 from envs.robots.chain import Chain, body_poses
 from envs.seeding import stream
@@ -54,7 +53,7 @@ def link_pairs(
     chain: Chain,
     bodies: NDArray[np.int64],
     links: Sequence[str],
-    placed: Sequence[Placed],
+    placed: Sequence[PlacedShape],
     shapes: Shapes,
 ) -> LinkPairs:
     """Which parts must not touch each other.
@@ -85,7 +84,7 @@ def _random_configurations(chain: Chain) -> Array:
 def _farthest(
     chain: Chain,
     bodies: NDArray[np.int64],
-    placed: Sequence[Placed],
+    placed: Sequence[PlacedShape],
     shapes: Shapes,
     pair: tuple[int, int],
     q: Array,
@@ -115,7 +114,7 @@ def poses_of(chain: Chain, bodies: NDArray[np.int64], q: Array) -> Array:
     return poses
 
 
-def _points(placed: Placed, poses: Array) -> Array:
+def _points(placed: PlacedShape, poses: Array) -> Array:
     """A point of each piece of a shape, (n, k, 3), whose body is at poses (n, 3, 4)."""
     points = piece_points(placed.solid) @ placed.pose[:3, :3].T + placed.pose[:3, 3]
     there: Array = points @ np.swapaxes(poses[:, :, :3], 1, 2) + poses[:, None, :, 3]

@@ -12,13 +12,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.covering import bounding_sphere, cover
+from envs.collision.gjk import at, compose
 from envs.collision.separation import Shapes, separations, shapes_of
-from envs.collision.shapes import Placed, Solid
+from envs.collision.shapes import PlacedShape, Pose, Solid
+from envs.collision.sphere_approximation import bounding_sphere, cover
 from envs.problem import Array
 from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs, poses_of
-from envs.robots.base import Pose
-from envs.robots.chain import Chain, ChainView, at, body_poses, compose
+from envs.robots.chain import Chain, ChainView, body_poses
 
 SLACK = 0.008
 """About how far, in metres, the spheres that cover links reach out of their sides."""
@@ -35,11 +35,11 @@ class Part:
     """
 
     body: int
-    placed: Placed
+    placed: PlacedShape
     link: str = ""
 
 
-class ArmView(NamedTuple):
+class RobotArrays(NamedTuple):
     """An arm as compiled code sees it.
 
     Attributes:
@@ -74,7 +74,7 @@ class ArmView(NamedTuple):
 
 
 class Arm:
-    """A robot of links and joints on a fixed base. See `envs.robots.base.Robot`.
+    """A robot of links and joints on a fixed base. See `envs.collision.shapes.Robot`.
 
     The base, which cannot move, is not checked against the obstacles, only against other links.
 
@@ -172,7 +172,7 @@ class Arm:
         return float(bounds.max())
 
     @cached_property
-    def view(self) -> ArmView:
+    def view(self) -> RobotArrays:
         """What compiled code is given."""
         bodies = np.array([part.body for part in self.parts])
         offsets = np.array([part.placed.pose[:3] for part in self.parts])
@@ -184,7 +184,7 @@ class Arm:
         balls, ball_parts = self._covered(offsets)
         outward = np.linalg.norm(balls[:, :3] - middles[ball_parts], axis=1) + balls[:, 3]
         first_balls = np.searchsorted(ball_parts, np.arange(len(bodies) + 1))
-        return ArmView(
+        return RobotArrays(
             self.chain.view,
             bodies,
             offsets,
@@ -210,8 +210,9 @@ class Arm:
         return np.concatenate(balls), np.concatenate(owners)
 
     def _reach(self, bodies: NDArray[np.int64], middles: Array, radii: Array) -> Array:
-        """See `ArmView`. From a joint's axis along the chain to the part, joint by joint: only the
-        first stretch turns about that axis alone, of which what lies along it does not count."""
+        """See `RobotArrays`. From a joint's axis along the chain to the part, joint by joint: only
+        the first stretch turns about that axis alone; what of it lies along the axis does not
+        count."""
         reach = np.zeros((self.chain.dimension, len(bodies)))
         for part, body in enumerate(bodies):
             beyond = float(np.linalg.norm(middles[part])) + radii[part]

@@ -15,14 +15,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.convex import moved
-from envs.collision.primitives import NO_SOLID, NOTHING, SceneView, nearest, to_solid
+from envs.collision.gjk import at, moved
+from envs.collision.primitive_sdf import NO_SOLID, NOTHING, SceneArrays, nearest, to_solid
 from envs.collision.separation import separation
-from envs.kernels import kernel
+from envs.compiled import njit_hot, parallel_for
 from envs.problem import Array
-from envs.robots.arm import ArmView, part_bounds
-from envs.robots.chain import at, body_poses
-from envs.threads import in_blocks
+from envs.robots.arm import RobotArrays, part_bounds
+from envs.robots.chain import body_poses
 
 _NEAR = 0.03
 """Metres up to which links that are meshes are asked how far they are apart."""
@@ -34,16 +33,16 @@ _BLOCK = 4096
 """Configurations that a thread takes at a time."""
 
 
-def clearances(arm: ArmView, scene: SceneView, q: Array) -> Array:
+def clearances(arm: RobotArrays, scene: SceneArrays, q: Array) -> Array:
     """Clearances (n,) at configurations (n, d), in metres, on as many threads as Numba may use."""
     found = np.empty(len(q))
     q = np.ascontiguousarray(q, dtype=np.float64)
-    in_blocks(lambda part: _clearances(arm, scene, q[part], found[part]), len(q), _BLOCK)
+    parallel_for(lambda part: _clearances(arm, scene, q[part], found[part]), len(q), _BLOCK)
     return found
 
 
 def paths_are_free(
-    arm: ArmView, scene: SceneView, paths: Sequence[Array], tolerance: float
+    arm: RobotArrays, scene: SceneArrays, paths: Sequence[Array], tolerance: float
 ) -> NDArray[np.bool_]:
     """Which paths, each (k, d), are proved free, (n,) of bool; see `segment_is_free`."""
     ready = (np.ascontiguousarray(path, dtype=np.float64) for path in paths)
@@ -140,7 +139,7 @@ def _clearances(arm: Any, scene: Any, q: Any, found: Any) -> None:
         found[n] = _least(arm, scene, bodies)
 
 
-@kernel
+@njit_hot
 def _least(arm: Any, scene: Any, bodies: Any) -> float:
     """The least of the parts' clearances from obstacles. Those farther out come first: they are
     nearer to things, and then most others are seen to be farther away at a glance."""

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from envs.collision.separation import separations, shapes_of
-from envs.collision.shapes import Placed
+from envs.collision.shapes import PlacedShape
 from envs.problem import Array
 from envs.robots.arm import Arm
 
@@ -16,7 +16,9 @@ _NAMED = 3
 """Causes that are named, the most frequent ones."""
 
 
-def causes(arm: Arm, obstacles: Sequence[Placed], q: Array, clear: float, kept: Array) -> list[str]:
+def causes(
+    arm: Arm, obstacles: Sequence[PlacedShape], q: Array, clear: float, kept: Array
+) -> list[str]:
     """What is too near at some of the configurations (n, d), the most frequent first.
 
     Args:
@@ -49,6 +51,6 @@ def _of_links(arm: Arm, i: int, j: int) -> str:
     return f"links {first!r} and {second!r} to each other"
 
 
-def _of_obstacle(arm: Arm, part: int, number: int, obstacle: Placed) -> str:
+def _of_obstacle(arm: Arm, part: int, number: int, obstacle: PlacedShape) -> str:
     kind = type(obstacle.solid).__name__.lower()
     return f"link {arm.links[part]!r} to obstacle {number + 1} (a {kind})"

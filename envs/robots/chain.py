@@ -16,7 +16,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.kernels import kernel
+from envs.collision.gjk import compose
+from envs.compiled import njit_hot
 from envs.problem import Array
 
 
@@ -115,26 +116,7 @@ class ChainView(NamedTuple):
 _jit = numba.njit(cache=True, nogil=True)
 
 
-@kernel
-def compose(a: Any, b: Any, out: Any) -> None:
-    """Writes the pose a b (3, 4); `out` is neither of them."""
-    for i in range(3):
-        for j in range(4):
-            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
-        out[i, 3] += a[i, 3]
-
-
-@kernel
-def at(pose: Any, point: Any) -> tuple[float, float, float]:
-    """Where a point (3,) is that a pose (3, 4) carries."""
-    return (
-        pose[0, 0] * point[0] + pose[0, 1] * point[1] + pose[0, 2] * point[2] + pose[0, 3],
-        pose[1, 0] * point[0] + pose[1, 1] * point[1] + pose[1, 2] * point[2] + pose[1, 3],
-        pose[2, 0] * point[0] + pose[2, 1] * point[1] + pose[2, 2] * point[2] + pose[2, 3],
-    )
-
-
-@kernel
+@njit_hot
 def body_poses(chain: Any, q: Any, poses: Any) -> None:
     """Writes the poses (1 + d, 3, 4) of the bodies at a configuration (d,)."""
     poses[0] = 0.0
@@ -149,7 +131,7 @@ def body_poses(chain: Any, q: Any, poses: Any) -> None:
             _turn(pose, chain.axes[joint], q[joint])
 
 
-@kernel
+@njit_hot
 def _slide(pose: Any, axis: Any, value: float) -> None:
     """Moves a pose (3, 4) along an axis of its own."""
     for i in range(3):
@@ -157,7 +139,7 @@ def _slide(pose: Any, axis: Any, value: float) -> None:
         pose[i, 3] += value * along
 
 
-@kernel
+@njit_hot
 def _turn(pose: Any, axis: Any, angle: float) -> None:
     """Turns a pose (3, 4) about an axis of its own, by Rodrigues' formula for each of its rows r:
     the new one is r cos + (r x axis) sin + (r axis)(1 - cos) axis."""

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from envs.collision.shapes import Sphere
+from envs.collision.shapes import Pose, Sphere
 from envs.problem import Array
-from envs.robots.base import Pose
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere
-from envs.errors import InputError, suggestion
-from envs.named_file import within
-from envs.notices import tell_once
-from envs.presence import is_there
+from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape, Solid, Sphere
+from envs.errors import InputError, suggestion, tell_once
+from envs.files.mesh_file import read_mesh
+from envs.files.paths import exists, safe_join
 from envs.problem import Array
 from envs.robots.arm import Part
 from envs.robots.chain import Chain, Joint, Link
 from envs.robots.urdf_elements import parsed
-from envs.scenes.mesh_file import read_mesh
 
 _TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
@@ -231,7 +229,7 @@ def _parts(robot: Any, chain: Chain, folder: Path) -> tuple[Part, ...]:
                 solid = _solid(collision.geometry, folder)
             except ValueError as error:  # InputError, or a shape's own
                 raise InputError(f"link {link.name!r}: {error}") from error
-            placed = Placed(solid, link.offset @ _pose(collision.origin))
+            placed = PlacedShape(solid, link.offset @ _pose(collision.origin))
             parts.append(Part(link.body, placed, link.name))
     if not any(part.body > 0 for part in parts):
         raise InputError("no link that moves has collision geometry; add <collision> elements")
@@ -263,7 +261,7 @@ def _found(name: str, folder: Path) -> Path:
     folder above."""
     scheme, _, rest = name.rpartition("://")
     if not scheme:
-        candidates = [within(rest, folder)]
+        candidates = [safe_join(folder, rest)]
     else:
         relative = Path(rest.lstrip("/"))
         if ".." in relative.parts:
@@ -271,10 +269,10 @@ def _found(name: str, folder: Path) -> Path:
         without_package = Path(*relative.parts[1:])
         above = [folder, *folder.resolve().parents]
         candidates = [at / there for at in above for there in (relative, without_package)]
-        if scheme == "file" and is_there((folder / rest).is_file):
-            return within(rest, folder)
+        if scheme == "file" and exists((folder / rest).is_file):
+            return safe_join(folder, rest)
     for candidate in candidates:
-        if is_there(candidate.is_file):
+        if exists(candidate.is_file):
             return candidate
     raise InputError(
         f"no such mesh: {name}, sought from {folder}; put it there or correct its name"

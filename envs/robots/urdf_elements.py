@@ -12,7 +12,7 @@ import yourdfpy
 
 from envs.collision.shapes import LARGEST
 from envs.errors import InputError, reason
-from envs.presence import is_there
+from envs.files.paths import exists
 
 SHAPES = ("box", "cylinder", "sphere", "mesh")
 """Elements of solids that are read."""
@@ -78,7 +78,7 @@ def parsed(file: Path) -> Any:
             it must have or holds something else than finite numbers of at most `LARGEST`. Does not
             name the file.
     """
-    if not is_there(file.is_file):
+    if not exists(file.is_file):
         raise InputError("no such file")
     size = file.stat().st_size
     if size > _MOST_BYTES:

@@ -10,19 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.base import Environment
-from envs.collision.containment import Containment
 from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
-from envs.collision.primitives import SceneView, view_of
-from envs.collision.shapes import Placed, rounded
+from envs.collision.mesh import Containment
+from envs.collision.primitive_sdf import SceneArrays, view_of
+from envs.collision.shapes import PlacedShape, rounded
+from envs.environment import Environment, SpeedModel
 from envs.errors import InputError
 from envs.problem import Array, Problem
-from envs.robots import arm_clearance, connection
+from envs.robots import arm_clearance, rrt_connect
 from envs.robots.allowed_collisions import FAR
-from envs.robots.arm import SLACK, Arm, ArmView
+from envs.robots.arm import SLACK, Arm, RobotArrays
 from envs.robots.arm_crowding import causes
 from envs.seeding import derived_seed, stream
-from envs.speed import SpeedModel
 
 _D_MAX = 0.05 / 0.4
 """Metres: the paper's 0.05, in whose space a metre is 0.4."""
@@ -79,10 +78,10 @@ class ArmWorld(Environment):
     most_free_of_five = 5
 
     def __init__(
-        self, arm: Arm, obstacles: Sequence[Placed], kind: str, seeds: tuple[int, ...] = ()
+        self, arm: Arm, obstacles: Sequence[PlacedShape], kind: str, seeds: tuple[int, ...] = ()
     ) -> None:
         self.robot: Arm = arm
-        self.obstacles: Sequence[Placed] = list(obstacles)
+        self.obstacles: Sequence[PlacedShape] = list(obstacles)
         self.lower = np.array([joint.lower for joint in arm.chain.joints])
         self.upper = np.array([joint.upper for joint in arm.chain.joints])
         self.speed_model = SpeedModel(d_min=_D_MAX / 15, d_max=_D_MAX, contact=_CONTACT)
@@ -95,7 +94,7 @@ class ArmWorld(Environment):
         return 2 * self.robot.extent
 
     @cached_property
-    def scene(self) -> SceneView:
+    def scene(self) -> SceneArrays:
         """The obstacles as compiled code sees them."""
         reach = self.robot.extent + 2 * _D_MAX
         at = self.robot.chain.joints[0].origin[:3, 3]
@@ -107,12 +106,12 @@ class ArmWorld(Environment):
         found = [self._model.clearance(one) for one in self.configurations(q)]
         return np.array([arm_clearance.TOUCHING if c <= 0 else c for c in found])
 
-    def rough_clearance(self, q: Array) -> Array:
+    def approximate_clearance(self, q: Array) -> Array:
         """Never more than `clearance` in free space; see `envs.robots.arm_clearance`."""
         return arm_clearance.clearances(self.robot.view, self.scene, self.configurations(q))
 
     def speed_on_grid(self, q: Array) -> Array:
-        return self.speed_model(self.rough_clearance(q))
+        return self.speed_model(self.approximate_clearance(q))
 
     def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
         free = arm_clearance.paths_are_free(self.robot.view, self.scene, paths, tolerance)
@@ -148,14 +147,14 @@ class ArmWorld(Environment):
 
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         """Both ends uniform, as `min_clearance` and `min_separation` demand, and joined by a long
-        search (see `connection.joined`); no more straight lines free than `most_free_of_five`."""
+        search (see `is_connected`); no more straight lines free than `most_free_of_five`."""
         made = self._made(n, seed)
         return [
             Problem(start, goal, index, derived_seed(f"{self._kind} planner", seed, index))
             for index, (start, goal) in enumerate(made.pairs)
         ]
 
-    def census(self, n: int, seed: int) -> dict[str, float]:
+    def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
         made = self._made(n, seed)
         return {
             "share_of_straight_lines_blocked": round(1 - sum(made.straight) / max(n, 1), 4),
@@ -215,8 +214,8 @@ class ArmWorld(Environment):
         recent = made.straight[len(made.straight) - len(made.straight) % 5 :]
         if straight and sum(recent) == self.most_free_of_five:
             return False
-        draws = rng.uniform(self.lower, self.upper, (connection.ITERATIONS, self.dimension))
-        if not connection.joined(arm, scene, start, goal, draws, self.planning_tolerance):
+        draws = rng.uniform(self.lower, self.upper, (rrt_connect.ITERATIONS, self.dimension))
+        if not rrt_connect.is_connected(arm, scene, start, goal, draws, self.planning_tolerance):
             made.dropped += 1
             return False
         made.straight.append(straight)
@@ -245,7 +244,7 @@ class ArmWorld(Environment):
         return keep
 
     @cached_property
-    def _unpaired(self) -> ArmView:
+    def _unpaired(self) -> RobotArrays:
         """The arm whose links may touch each other."""
         return self.robot.view._replace(pairs=np.zeros_like(self.robot.view.pairs))
 
@@ -269,7 +268,7 @@ class ArmWorld(Environment):
             "speed": [model.d_min, model.d_max, model.s_const, model.contact],
             "problems": [
                 *(self.min_clearance, self.min_separation, self.most_free_of_five),
-                *(connection.ITERATIONS, SLACK),
+                *(rrt_connect.ITERATIONS, SLACK),
                 *(self._kind, *self._seeds),
             ],
         }

@@ -1,15 +1,20 @@
-"""The arms that ship, on cluttered tables, and users' own arms and scenes."""
+"""Arms in worlds of obstacles: those that ship, on generated cluttered tables, and users' own."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
+import numpy as np
+
+from envs.collision.shapes import Box, Cylinder, PlacedShape
 from envs.errors import InputError
+from envs.problem import Array
 from envs.robots.arm import Arm
 from envs.robots.urdf import read_urdf
 from envs.scenes.arm_world import ArmWorld
 from envs.scenes.scene_file import read_scene
-from envs.scenes.tabletop import tabletop
+from envs.seeding import stream
 
 _MODELS = Path(__file__).parents[1] / "robots" / "models"
 
@@ -54,3 +59,78 @@ class UserArm(ArmWorld):
         chain, parts = read_urdf(Path(urdf))
         obstacles = read_scene(Path(scene)) if scene else []
         super().__init__(Arm(chain, parts, self_collision), obstacles, "arm")
+
+
+_TABLE = PlacedShape(Box(np.zeros(3), np.array([2.4, 2.4, 0.1])), np.eye(4))
+_TABLE_TOP = -0.05  # under the base, which has a plinth
+
+_KEPT_CLEAR = 0.2
+"""About the axis of the base, in metres, so that the arm can stand upright."""
+
+
+def tabletop(scene: int) -> list[PlacedShape]:
+    """Solids in the frame of an arm's base, in metres, deterministic from `scene`.
+
+    A table, a shelf of three boards and a back, three posts, a beam on one of them and three boxes,
+    each in a sector of its own about the base.
+    """
+    rng = stream("tabletop", scene)
+    sectors = rng.uniform(-math.pi, math.pi) + 2 * math.pi / 7 * rng.permutation(7)
+    around = sectors + rng.uniform(-0.2, 0.2, 7)
+    solids = [PlacedShape(_TABLE.solid, _pose(0.0, 0.0, 0.0, _TABLE_TOP - 0.05))]
+    solids += _shelf(rng, around[0])
+    for angle in around[1:4]:
+        solids.append(_post(rng, angle))
+    solids.append(_beam(rng, around[4]))
+    for angle in around[4:]:
+        solids.append(_box(rng, angle))
+    return solids
+
+
+def _pose(angle: float, out: float, turn: float, height: float, across: float = 0.0) -> Array:
+    """Of what lies `out` from the axis of the base in a direction, `across` to the left of that and
+    `height` up, turned about its own vertical."""
+    x = out * math.cos(angle) - across * math.sin(angle)
+    y = out * math.sin(angle) + across * math.cos(angle)
+    c, s = math.cos(angle + turn), math.sin(angle + turn)
+    return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, height], [0, 0, 0, 1]])
+
+
+def _shelf(rng: np.random.Generator, angle: float) -> list[PlacedShape]:
+    """Boards that open toward the base, and the back that holds them."""
+    out, width, depth = rng.uniform(0.5, 0.6), rng.uniform(0.5, 0.7), rng.uniform(0.22, 0.3)
+    heights = np.cumsum(rng.uniform(0.24, 0.34, 3))
+    boards = [
+        PlacedShape(
+            Box(np.zeros(3), np.array([depth, width, 0.02])),
+            _pose(angle, out, 0.0, _TABLE_TOP + height),
+        )
+        for height in heights
+    ]
+    tall = float(heights[-1]) + 0.01
+    back = Box(np.zeros(3), np.array([0.02, width, tall]))
+    behind = _pose(angle, out + depth / 2, 0.0, _TABLE_TOP + tall / 2)
+    return [*boards, PlacedShape(back, behind)]
+
+
+def _post(rng: np.random.Generator, angle: float) -> PlacedShape:
+    radius, tall = rng.uniform(0.025, 0.05), rng.uniform(0.5, 1.1)
+    out = rng.uniform(_KEPT_CLEAR + 0.12, 0.65)
+    return PlacedShape(Cylinder(radius, tall), _pose(angle, out, 0.0, _TABLE_TOP + tall / 2))
+
+
+def _beam(rng: np.random.Generator, angle: float) -> PlacedShape:
+    """A bar overhead that points at the axis of the base."""
+    long, thick = rng.uniform(0.4, 0.6), rng.uniform(0.04, 0.08)
+    out = _KEPT_CLEAR + 0.05 + long / 2
+    bar = Box(np.zeros(3), np.array([long, thick, thick]))
+    return PlacedShape(bar, _pose(angle, out, 0.0, rng.uniform(0.5, 0.75)))
+
+
+def _box(rng: np.random.Generator, angle: float) -> PlacedShape:
+    sides = rng.uniform([0.12, 0.12, 0.12], [0.25, 0.25, 0.35])
+    out = rng.uniform(_KEPT_CLEAR + 0.18, 0.7)
+    return PlacedShape(
+        Box(np.zeros(3), sides),
+        _pose(angle, out, rng.uniform(0, math.pi), _TABLE_TOP + sides[2] / 2),
+    )

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.distance import signed_distance_to_boxes
+from envs.collision.distance_fields import signed_distance_to_boxes
 from envs.collision.shapes import Box
+from envs.environment import SpeedModel
 from envs.errors import InputError
 from envs.problem import Array
 from envs.scenes import HALF_SIDE
 from envs.scenes.point_world import PointWorld
-from envs.speed import SpeedModel
 
 
 class BoxWorld(PointWorld):

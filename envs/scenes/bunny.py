@@ -10,7 +10,7 @@ import platformdirs
 import pooch
 
 from envs.errors import InputError
-from envs.scenes.mesh_file import read_mesh
+from envs.files.mesh_file import read_mesh
 from envs.scenes.mesh_world import MeshWorld
 
 URL = (

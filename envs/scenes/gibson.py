@@ -1,13 +1,19 @@
-"""Scenes of the Gibson data set, which its licence keeps with its users."""
+"""Scenes of the Gibson data set, which its licence keeps with its users, and generated houses,
+scanned with flaws, which stand in for them where they are not at hand.
+"""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from envs.errors import InputError, suggestion
-from envs.presence import is_there
-from envs.scenes.mesh_file import read_mesh
+from envs.files.mesh_file import FileMesh, read_mesh
+from envs.files.paths import exists
+from envs.scenes.floor_plan import Plan, make_plan
 from envs.scenes.mesh_world import MeshWorld
+from envs.scenes.scan import scanned
 
 _MESH = "mesh_z_up.obj"
 
@@ -15,7 +21,7 @@ _MESH = "mesh_z_up.obj"
 class Gibson(MeshWorld):
     """A sphere-shaped robot within a scanned building.
 
-    Free space is what the scan encloses; its holes are closed, see `lids`. Problems have both
+    Free space is what the scan encloses; its holes are closed, see `cap_holes`. Problems have both
     ends more than 1.0 from every surface, in the 20-unit scale.
 
     Args:
@@ -32,7 +38,7 @@ class Gibson(MeshWorld):
 
     def __init__(self, root: str, scene: str = "", robot_radius: float = 0.0) -> None:
         folder = Path(root)
-        if not is_there(folder.is_dir):
+        if not exists(folder.is_dir):
             raise InputError(f"gibson: no such folder: {root}")
         scenes = sorted(found.parent.name for found in folder.glob(f"*/{_MESH}"))
         if scene not in scenes:
@@ -40,3 +46,42 @@ class Gibson(MeshWorld):
             raise InputError(f"gibson: no scene {scene!r} in {root}; {hint}")
         read = read_mesh(folder / scene / _MESH)
         self._build(read, "interior", robot_radius, 0.0, f"gibson, {scene}")
+
+
+class GeneratedHouse(MeshWorld):
+    """A sphere-shaped robot within a furnished house.
+
+    Problems have both ends more than 1.0 from every surface, in the 20-unit scale, inside the
+    house and in one component of free space.
+
+    Args:
+        scene: the seed, >= 0; even ones have one level, odd ones two.
+        robot_radius: in metres; 0 for `mesh_world.DEFAULT_RADIUS`.
+
+    Raises:
+        InputError: an argument is out of range.
+    """
+
+    min_clearance = 1.0
+    kind_of_problems = "house"
+
+    def __init__(self, scene: int = 0, robot_radius: float = 0.0) -> None:
+        if not 0 <= scene < 2**32:
+            raise InputError(f"gibson-generated: scene must be between 0 and 2^32 - 1, not {scene}")
+        self.scene = scene
+        self.plan, scan = _house(scene)
+        name = f"gibson-generated, scene {scene}"
+        self._build(scan, "interior", robot_radius, 0.0, name)
+
+    @property
+    def scene_seeds(self) -> tuple[int, ...]:
+        return (self.scene,)
+
+    def definition(self) -> dict[str, Any]:
+        return {**super().definition(), "class": "GeneratedHouse"}
+
+
+@lru_cache(maxsize=2)
+def _house(scene: int) -> tuple[Plan, FileMesh]:
+    plan = make_plan(scene)
+    return plan, scanned(plan, scene)

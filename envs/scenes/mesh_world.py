@@ -8,19 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.distance_grid import ClearanceGrid, grid_axes
-from envs.collision.distance_transform import distance_transform
+from envs.collision.distance_fields import ClearanceGrid, distance_transform, grid_axes
 from envs.collision.enclosure import NOTHING, Enclosure
 from envs.collision.fcl_model import Allowed
-from envs.collision.mesh import lids, queries
+from envs.collision.mesh import cap_holes, queries
 from envs.collision.shapes import Mesh
-from envs.errors import InputError, suggestion
-from envs.notices import tell_once
+from envs.environment import SpeedModel
+from envs.errors import InputError, suggestion, tell_once
+from envs.files.mesh_file import FileMesh, read_mesh
 from envs.problem import Array
 from envs.scenes import HALF_SIDE
-from envs.scenes.mesh_file import FileMesh, read_mesh
 from envs.scenes.point_world import PointWorld
-from envs.speed import SpeedModel
 
 DEFAULT_RADIUS = 0.01
 """The robot's radius in the paper's units, if none is given: the paper's collision threshold."""
@@ -77,7 +75,7 @@ class MeshWorld(PointWorld):
 
     The mesh is centred and scaled into the cube, see `transform`. `kind` says what it means:
 
-    - "solid": the robot may not be within, which includes cavities. Holes are closed, see `lids`.
+    - "solid": the robot may not be within, which includes cavities. `cap_holes` closes its holes.
     - "interior": the robot is within the largest part, and outside is out of bounds; other parts
       there are solid. Holes are closed.
     - "shell": a surface of no thickness, with free space on both sides, as in the paper.
@@ -141,11 +139,11 @@ class MeshWorld(PointWorld):
     def _enclosure(self) -> Enclosure:
         if self.kind == "shell":
             return NOTHING
-        return self._queries.room if self.enclosed else self._queries.filled
+        return self._queries.room if self.is_interior else self._queries.filled
 
     def _close(self, read: FileMesh) -> None:
         """Closes holes where there is an inside, and says what the world is like."""
-        lid = lids(self._mesh, self._enclosure)
+        lid = cap_holes(self._mesh, self._enclosure)
         self.obstacles = [self._mesh] if lid is None else [self._mesh, lid]
         self._whole = self._mesh if lid is None else self._mesh.joined(lid)
         self._distance = self._queries if lid is None else queries(self._whole)
@@ -177,7 +175,7 @@ class MeshWorld(PointWorld):
             return lambda q: encloses(q) > 0.5 - _BESIDE_HOLES
         return lambda q: encloses(q) < 0.5 + _BESIDE_HOLES
 
-    def rough_clearance(self, q: Array) -> Array:
+    def approximate_clearance(self, q: Array) -> Array:
         """Off by at most `ROUGH` d_max, but for one in a thousand, see `distance_transform`."""
         return self._grid(self.configurations(q))
 
@@ -191,10 +189,10 @@ class MeshWorld(PointWorld):
 
     def _is_out(self, points: Array) -> Any:
         """Whether points (n, 3) are where the robot may not be, (n,) of bool."""
-        return (self._enclosure.encloses(points) > 0.5) != self.enclosed
+        return (self._enclosure.encloses(points) > 0.5) != self.is_interior
 
     @property
-    def enclosed(self) -> bool:
+    def is_interior(self) -> bool:
         return self.kind == "interior"
 
     @property

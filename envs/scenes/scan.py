@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.files.mesh_file import FileMesh
 from envs.problem import Array
 from envs.scenes.floor_plan import CELL, Plan
 from envs.scenes.furniture import Boxes
-from envs.scenes.mesh_file import FileMesh
 from envs.seeding import stream
 
 _UNEVEN = 0.35  # by how much, relatively, cells differ in size

@@ -9,18 +9,17 @@ import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
 
-from envs.collision.shapes import LARGEST, Box, Cylinder, Mesh, Placed, Solid, Sphere
+from envs.collision.shapes import LARGEST, Box, Cylinder, Mesh, PlacedShape, Solid, Sphere
 from envs.errors import InputError, brief, suggestion
-from envs.named_file import within
-from envs.presence import is_there
+from envs.files.mesh_file import read_mesh
+from envs.files.paths import exists, safe_join
 from envs.problem import Array
-from envs.scenes.mesh_file import read_mesh
 
 _SHAPES = ("box", "sphere", "cylinder", "mesh")
 _KEYS = (*_SHAPES, "scale", "position", "rpy")
 
 
-def read_scene(file: Path) -> list[Placed]:
+def read_scene(file: Path) -> list[PlacedShape]:
     """Reads obstacles from a file such as
 
         obstacles:
@@ -81,7 +80,7 @@ _MOST_BYTES = 2**18
 
 
 def _entries(file: Path) -> list[Any]:
-    if not is_there(file.is_file):
+    if not exists(file.is_file):
         raise InputError("no such file")
     try:
         size = file.stat().st_size
@@ -105,12 +104,12 @@ def _entries(file: Path) -> list[Any]:
     return obstacles
 
 
-def _obstacle(number: int, entry: Any, folder: Path) -> Placed:
+def _obstacle(number: int, entry: Any, folder: Path) -> PlacedShape:
     try:
         if not isinstance(entry, dict):
             raise InputError(f"must be a mapping such as 'sphere: 0.1', not {brief(entry)}")
         _check_keys(entry)
-        return Placed(_solid(entry, folder), _pose(entry))
+        return PlacedShape(_solid(entry, folder), _pose(entry))
     except ValueError as error:  # InputError, or a shape's own
         raise InputError(f"obstacle {number}: {error}") from error
 
@@ -143,7 +142,7 @@ def _mesh(entry: dict[Any, Any], folder: Path) -> Mesh:
     if not isinstance(name, str):
         raise InputError(f"mesh must name a file, not {brief(name)}")
     scale = _size(entry.get("scale", 1), "scale")
-    read = read_mesh(within(name, folder))
+    read = read_mesh(safe_join(folder, name))
     if not read.closed:
         raise InputError(
             f"{folder / name} is not watertight, so it has no inside: {read.holes}; close its holes"

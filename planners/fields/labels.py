@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from envs import Environment
 from envs.seeding import stream
 from planners.fast_marching import SpeedGrid, default_resolution
-from planners.fields.sampling import PointSampler, Space
-from planners.parallel import Pieces, made_in_parallel
-from planners.scale import Scale
+from planners.fields.physics import PointSampler, Space
+from planners.learning.normalizer import Normalizer
+from planners.learning.resumable_map import Pieces, made_in_parallel
 
 Single = NDArray[np.float32]
 
@@ -101,18 +101,18 @@ class _Solver:
             raise ValueError(f"no labels fit in {env.dimension} dimensions")
         self._grid = SpeedGrid(env, resolution, order=2)
         self._points = PointSampler(Space.of(env))
-        self._scale = Scale.of(env)
+        self._scale = Normalizer.of(env)
 
     def __call__(self, index: int) -> Labels:
         """Those of source number `index`."""
         plan, grid, scale = self._plan, self._grid, self._scale
         rng = stream("field labels", self._seed, index)
-        source = scale.grow(self._points.draw(rng, 1)[0])
+        source = scale.denormalize(self._points.draw(rng, 1)[0])
         times = grid.arrival_times(source)
         nearest = plan.nearest * float(grid.spacing.max())
-        goals = scale.grow(self._points.draw(rng, 2 * plan.goals))
+        goals = scale.denormalize(self._points.draw(rng, 2 * plan.goals))
         distance = np.linalg.norm(goals - source, axis=1)
         far = np.flatnonzero(distance >= nearest)[: plan.goals]
         stretch = np.log(grid.times_at(times, source, goals[far]) / distance[far])
-        found = scale.shrink(source), scale.shrink(goals[far]), stretch
+        found = scale.normalize(source), scale.normalize(goals[far]), stretch
         return Labels(*(part.astype(np.float32)[None] for part in found))

@@ -1,4 +1,4 @@
-"""The named methods: which network, trained on what, for how long."""
+"""The named methods of time fields: which network, trained on what, for how long."""
 
 from __future__ import annotations
 
@@ -11,24 +11,23 @@ from torch import Tensor
 from envs import Environment, InputError
 from envs.scenes.arm_world import ArmWorld
 from planners.fast_marching import default_resolution
-from planners.fields.arm_inputs import ArmInputs, size_of_inputs
+from planners.fields.indoor_features import CLEARANCES, RoomInputs
 from planners.fields.labels import LabelPlan
-from planners.fields.networks import TimeField
+from planners.fields.layers import FieldShape
+from planners.fields.networks import TimeField, occupancy
 from planners.fields.objectives import (
     LargestSubsolution,
+    LargestSubsolutionInRooms,
     Regression,
     SpeedRegression,
     WithWorkspace,
 )
 from planners.fields.paper import PaperField, PublishedPhysics
-from planners.fields.rooms import CLEARANCES, RoomInputs
-from planners.fields.sampling import GroupPlan, NearSurfaces
-from planners.fields.segments import LargestSubsolutionInRooms
-from planners.fields.shape import FieldShape
-from planners.fields.workspace import occupancy
-from planners.learning import Method
-from planners.scale import Scale, cloud
-from planners.training import Recipe, Rollback
+from planners.fields.physics import GroupPlan, NearSurfaces
+from planners.fields.robot_features import ArmInputs, size_of_inputs
+from planners.learning.normalizer import Normalizer, obstacle_point_cloud
+from planners.learning.trainer import Method
+from planners.learning.training_loop import Recipe, Rollback
 
 _BANDWIDTH = 0.07
 """Standard deviation of Fourier frequencies, in periods per d_max of the speed model, which is
@@ -45,8 +44,8 @@ _ARM_RATIO = 15.0
 
 def bandwidth(env: Environment) -> float:
     """See `FieldShape`."""
-    periods = _BANDWIDTH_IN_ROOMS if env.enclosed else _BANDWIDTH
-    return periods * Scale.of(env).extent / env.speed_model.d_max
+    periods = _BANDWIDTH_IN_ROOMS if env.is_interior else _BANDWIDTH
+    return periods * Normalizer.of(env).extent / env.speed_model.d_max
 
 
 def small(**shape: Any) -> Callable[[Environment], TimeField]:
@@ -61,7 +60,7 @@ def small(**shape: Any) -> Callable[[Environment], TimeField]:
 
 
 def for_rooms(env: Environment) -> TimeField:
-    """The network for rooms, see `planners.fields.modes`.
+    """The network for rooms, see `planners.fields.laplacian_eigenmaps`.
 
     Its stretch is relative to distance plus effective resistance, which is T within a factor of
     two in most places, and several times T where the way is narrow, as on stairs.
@@ -85,7 +84,7 @@ def survey(net: TimeField, seed: int) -> None:
 
 
 def for_arms(env: Environment) -> TimeField:
-    """The network for arms, see `planners.fields.arm_inputs`."""
+    """The network for arms, see `planners.fields.robot_features`."""
     assert isinstance(env, ArmWorld)
     made = FieldShape(
         env.dimension,
@@ -103,7 +102,7 @@ def published(env: Environment) -> PaperField:
 
 def occupancy_of(env: Environment) -> Tensor:
     """The voxel grid of an environment's obstacles, for a w-space encoder."""
-    return occupancy(torch.from_numpy(cloud(env)).float())
+    return occupancy(torch.from_numpy(obstacle_point_cloud(env)).float())
 
 
 UNIFORM_PAIRS = GroupPlan(groups=384, starts=1, goals=1, local_share=0.0, near=NearSurfaces(0.0))
@@ -214,7 +213,7 @@ def method(name: str, env: Environment) -> Method:
     """
     if name not in METHODS:
         raise InputError(f"no time field is called {name!r}; choose from {', '.join(METHODS)}")
-    if env.enclosed and name in IN_ROOMS:
+    if env.is_interior and name in IN_ROOMS:
         return IN_ROOMS[name]
     if isinstance(env, ArmWorld) and name in FOR_ARMS:
         return FOR_ARMS[name]

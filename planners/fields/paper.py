@@ -20,12 +20,11 @@ from torch.nn import functional
 from envs import Environment
 from envs.problem import Array
 from envs.seeding import stream
-from planners.fields.activations import elu
-from planners.fields.operators import MaxMin
+from planners.fields.layers import MaxMin, elu
+from planners.fields.networks import WSpaceEncoder
 from planners.fields.physics import eikonal_loss, predicted_speed
-from planners.fields.workspace import WSpaceEncoder
-from planners.scale import Scale
-from planners.training import Batch, as_float32, ramp
+from planners.learning.normalizer import Normalizer
+from planners.learning.training_loop import Batch, as_float32, ramp
 
 _C_WIDTH, _W_WIDTH, _WIDTH = 256, 128, 512
 _CHUNK = 2**17  # candidates for pairs drawn at once
@@ -121,9 +120,9 @@ class PublishedPhysics:
     ) -> float:
         begin = monotonic()
         starts, goals, clearance = sample_pairs(env, stream("field pairs", seed), self.pairs)
-        scale = Scale.of(env)
+        scale = Normalizer.of(env)
         speeds = env.speed_model(clearance), env.speed(goals)
-        self._held = as_float32(scale.shrink(starts), scale.shrink(goals), *speeds)
+        self._held = as_float32(scale.normalize(starts), scale.normalize(goals), *speeds)
         distance = np.linalg.norm(goals - starts, axis=1)
         weight = 1 / np.maximum(distance, _NEAREST * scale.extent)
         self._cumulative = np.cumsum(weight / weight.sum())

@@ -14,15 +14,15 @@ from torch import Tensor, nn
 from envs import Environment, InputError, Problem
 from envs.problem import Array
 from planners.base import Budget, PlannerResult, Status
-from planners.fields.compiled import CompiledField
-from planners.fields.execution import Descent, Field, descend, gradients
+from planners.fields.indoor_features import RoomInputs
 from planners.fields.methods import method, unsupported
 from planners.fields.networks import TimeField
-from planners.fields.rooms import RoomInputs
-from planners.learned import LearnedPlanner, Trained, Training
-from planners.learning import filled, learn
-from planners.scale import Scale
-from planners.weight_files import Tensors
+from planners.fields.path_extraction import Descent, Field, descend, gradients
+from planners.fields.single_query import CompiledField
+from planners.learning.learned_planner import LearnedPlanner, Trained, Training
+from planners.learning.normalizer import Normalizer
+from planners.learning.trainer import filled, learn
+from planners.learning.weight_files import Tensors
 
 ATTEMPTS = (
     Descent(step=0.03),
@@ -108,7 +108,7 @@ class FieldPlanner(LearnedPlanner):
         self._one(ends[0], ends[1], at_once)
         self._free([ends])
         if any(descent.escapes for descent in self._attempts):
-            self._compiled.escaped(self._scale.shrink(ends).astype(np.float32), 0)
+            self._compiled.escaped(self._scale.normalize(ends).astype(np.float32), 0)
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         refusal = self._refused([problem])[0]
@@ -144,7 +144,7 @@ class FieldPlanner(LearnedPlanner):
         return results
 
     def times_and_speeds(self, source: Array, q: Array) -> tuple[Array, Array]:
-        """See `planners.time_field.TimeFieldPlanner`."""
+        """See `planners.base.TimeFieldPlanner`."""
         sources = self._tensor(np.broadcast_to(source, q.shape))
         with torch.no_grad():
             times, gradient, _ = gradients(self._net, self._tensor(q), sources)
@@ -164,9 +164,9 @@ class FieldPlanner(LearnedPlanner):
     def _use(self, env: Environment, net: Any) -> None:
         """Plans in `env` with `net` from now on."""
         self._env = env
-        self._scale = Scale.of(env)
-        self._lower = self._scale.shrink(env.lower)
-        self._upper = self._scale.shrink(env.upper)
+        self._scale = Normalizer.of(env)
+        self._lower = self._scale.normalize(env.lower)
+        self._upper = self._scale.normalize(env.upper)
         self._net: Field = net.to(self.device).eval()
         self._one_by_one = isinstance(net, TimeField) and net.inputs is not None
         self._attempts = _attempts(net)[: self._count]
@@ -189,7 +189,7 @@ class FieldPlanner(LearnedPlanner):
         if self._compiled is None:
             [path] = self._many([Problem(start, goal)], descent)
             return path
-        a, b = (self._scale.shrink(q).astype(np.float32) for q in (start, goal))
+        a, b = (self._scale.normalize(q).astype(np.float32) for q in (start, goal))
         lower, upper = (q.astype(np.float32) for q in (self._lower, self._upper))
         found = self._compiled.descend(a, b, lower, upper, descent)
         return None if found is None else self._grown(found, start, goal)
@@ -211,7 +211,7 @@ class FieldPlanner(LearnedPlanner):
 
     def _grown(self, path: Any, start: Array, goal: Array) -> Array:
         """A path in the environment's unit, with the ends exactly as they were asked for."""
-        grown = self._scale.grow(path.astype(np.float64))
+        grown = self._scale.denormalize(path.astype(np.float64))
         grown = np.clip(grown, self._env.lower, self._env.upper)
         grown[0], grown[-1] = start, goal
         return grown
@@ -220,4 +220,4 @@ class FieldPlanner(LearnedPlanner):
         return self._env.paths_are_free(paths, _SAFE * self._env.tolerance)
 
     def _tensor(self, q: Array) -> Tensor:
-        return torch.from_numpy(self._scale.shrink(q)).float().to(self.device)
+        return torch.from_numpy(self._scale.normalize(q)).float().to(self.device)

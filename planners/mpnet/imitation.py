@@ -1,21 +1,154 @@
-"""What the networks are trained on: to step to the next waypoint of a demonstration."""
+"""What MPNet is trained on: demonstrations by another planner, and to step to the next waypoint of
+one.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch.nn import functional
 
-from envs import Environment, InputError
+import planners
+from envs import Environment, InputError, Problem
+from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
-from planners.mpnet.demonstrations import DemonstrationPlan, Demonstrations, make_demonstrations
-from planners.mpnet.networks import Mpnet
-from planners.scale import Scale, cloud
-from planners.training import Batch, as_float32
+from envs.seeding import derived_seed, training_seed
+from planners.base import Budget, Planner, Status
+from planners.learning.normalizer import Normalizer, obstacle_point_cloud
+from planners.learning.resumable_map import Pieces, made_in_parallel
+from planners.learning.training_loop import Batch, as_float32
+from planners.mpnet.search import Mpnet, contracted
+
+
+@dataclass(frozen=True)
+class DemonstrationPlan:
+    """Who demonstrates, and how often.
+
+    Attributes:
+        planner: that demonstrates, as in `bench run --planners`.
+        seconds: which it may improve its path for.
+        problems: in each scene.
+    """
+
+    planner: str = "rrtstar"
+    seconds: float = 0.12
+    problems: int = 400
+
+
+@dataclass(frozen=True)
+class Demonstrations(Pieces):
+    """Paths after lazy vertex contraction, in the environments' unit.
+
+    Attributes:
+        waypoints: (n, d), of all paths, one after another.
+        lengths: (p,) how many of them each path has.
+        scenes: (p,) in which of the scenes each path is.
+        tried: (s,) for each scene finished so far, how many problems there were.
+    """
+
+    waypoints: Array
+    lengths: NDArray[np.int64]
+    scenes: NDArray[np.int64]
+    tried: NDArray[np.int64]
+
+    @staticmethod
+    def none(dimension: int) -> Demonstrations:
+        """No demonstrations yet."""
+        empty = np.zeros(0, dtype=np.int64)
+        return Demonstrations(np.zeros((0, dimension)), empty, empty, empty)
+
+    @property
+    def finished(self) -> int:
+        return len(self.tried)
+
+    @property
+    def consistent(self) -> bool:
+        paths, scenes = self.lengths, self.scenes
+        return (
+            len(paths) == len(scenes)
+            and bool((paths >= 2).all() and (self.tried >= 0).all())
+            and bool(((scenes >= 0) & (scenes < self.finished)).all())
+            and int(paths.sum()) == len(self.waypoints)
+            and bool(np.isfinite(self.waypoints).all())
+        )
+
+
+def make_demonstrations(
+    scenes: Sequence[Environment],
+    plan: DemonstrationPlan,
+    seed: int,
+    kept: Path,
+    report: Callable[[float], None] = lambda share: None,
+) -> tuple[Demonstrations, float]:
+    """Demonstrates in all scenes, in as many processes as there are cores.
+
+    Args:
+        kept: a file in which finished scenes are kept, to go on from.
+        report: is told the share that is done.
+
+    Returns:
+        The demonstrations, and the seconds that they took, those in earlier calls included.
+    """
+    return made_in_parallel(
+        _Demonstrator,
+        (scenes, plan, seed),
+        len(scenes),
+        none=Demonstrations.none(scenes[0].dimension),
+        block=1,
+        kept=kept,
+        report=report,
+    )
+
+
+def problems_of(scene: Environment, plan: DemonstrationPlan, seed: int) -> list[Problem]:
+    """What is demonstrated in a scene: problems that are no test problems."""
+    return scene.sample_problems(plan.problems, training_seed("mpnet demonstrations", seed))
+
+
+class _Demonstrator:
+    """What each process keeps."""
+
+    def __init__(self, scenes: Sequence[Environment], plan: DemonstrationPlan, seed: int) -> None:
+        self._scenes = scenes
+        self._plan = plan
+        self._seed = seed
+
+    def __call__(self, index: int) -> Demonstrations:
+        """Those of scene number `index`."""
+        scene, plan = self._scenes[index], self._plan
+        planner = planners.make(plan.planner)
+        planner.setup(scene, seed=derived_seed("mpnet demonstrator", self._seed, index))
+        model = scene.collision_model()
+        tried = problems_of(scene, plan, self._seed)
+        shown = (_demonstrated(scene, model, planner, p, plan.seconds) for p in tried)
+        paths = [path for path in shown if path]
+        lengths = np.array([len(path) for path in paths], dtype=np.int64)
+        waypoints = [np.zeros((0, scene.dimension)), *(np.array(path) for path in paths)]
+        return Demonstrations(
+            np.concatenate(waypoints),
+            lengths,
+            np.full(len(paths), index, dtype=np.int64),
+            np.array([len(tried)], dtype=np.int64),
+        )
+
+
+def _demonstrated(
+    scene: Environment, model: CollisionModel, planner: Planner, problem: Problem, seconds: float
+) -> list[Array] | None:
+    """A path that the judge's certified check proves free, or None."""
+    result = planner.solve(problem, Budget(perf_counter() + seconds, stop_cost=0.0))
+    if result.status is not Status.EXACT_SOLUTION:
+        return None
+    path = np.asarray(result.path)
+    if not scene.contains(path).all() or model.min_clearance(path) <= model.tolerance:
+        return None
+    return contracted(list(path), model.segment_is_free)
 
 
 @dataclass
@@ -48,8 +181,8 @@ class Imitation:
         shown = sorted(set(made.scenes.tolist()))
         if not shown:
             raise InputError(f"{self.plan.planner} demonstrated nothing in {self.plan.seconds} s")
-        self._clouds = [cloud(family[scene]) for scene in shown]
-        self._paths = _by_scene(made, Scale.of(env), shown)
+        self._clouds = [obstacle_point_cloud(family[scene]) for scene in shown]
+        self._paths = _by_scene(made, Normalizer.of(env), shown)
         return seconds
 
     def draw(self, rng: np.random.Generator) -> Batch:
@@ -94,8 +227,8 @@ class _Paths:
         return np.array([at + way * (after - at), self._waypoints[goal], after])
 
 
-def _by_scene(made: Demonstrations, scale: Scale, scenes: Sequence[int]) -> list[_Paths]:
-    waypoints = np.split(scale.shrink(made.waypoints), np.cumsum(made.lengths)[:-1])
+def _by_scene(made: Demonstrations, scale: Normalizer, scenes: Sequence[int]) -> list[_Paths]:
+    waypoints = np.split(scale.normalize(made.waypoints), np.cumsum(made.lengths)[:-1])
     found = []
     for scene in scenes:
         own = [waypoints[i] for i in np.flatnonzero(made.scenes == scene)]

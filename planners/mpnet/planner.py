@@ -17,15 +17,13 @@ from envs import Environment, InputError, Problem
 from envs.problem import Array
 from envs.seeding import derived_seed
 from planners.base import Budget, Planner, PlannerResult, Status
-from planners.learned import LearnedPlanner, Trained, Training
-from planners.learning import Method, filled, learn
-from planners.mpnet.expansion import Expander
+from planners.learning.learned_planner import LearnedPlanner, Trained, Training
+from planners.learning.normalizer import Normalizer, obstacle_point_cloud
+from planners.learning.trainer import Method, filled, learn
+from planners.learning.training_loop import Recipe
+from planners.learning.weight_files import Tensors
 from planners.mpnet.imitation import Imitation
-from planners.mpnet.networks import Mpnet, PlannerShape
-from planners.mpnet.search import Search
-from planners.scale import Scale, cloud
-from planners.training import Recipe
-from planners.weight_files import Tensors
+from planners.mpnet.search import Expander, Mpnet, PlannerShape, Search
 
 
 def network(env: Environment) -> Mpnet:
@@ -119,10 +117,10 @@ class MpnetPlanner(LearnedPlanner):
         """Plans in `env` with `net` from now on."""
         self._env = env
         self._model = env.collision_model(env.planning_tolerance)
-        points = torch.from_numpy(cloud(env)).float()[None]
+        points = torch.from_numpy(obstacle_point_cloud(env)).float()[None]
         with torch.no_grad():
             code = net.encoder(points.to(next(net.parameters()).device))[0]
-        self._expander = Expander(net.planner, code.cpu().numpy(), Scale.of(env))
+        self._expander = Expander(net.planner, code.cpu().numpy(), Normalizer.of(env))
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         checks = self._model.checks

@@ -1,20 +1,163 @@
-"""Neural expansion, contraction and replanning on one problem."""
+"""MPNet's networks, and planning with them: neural expansion, lazy vertex contraction and neural
+replanning on one problem.
+
+Positions are in the learned planners' space, where the bounds' longest side is 1. The network plans
+one query at a time, in NumPy: a call of PyTorch costs more than the arithmetic.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+from torch.nn import functional
 
 from envs import Environment, Problem
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 from envs.seeding import stream
 from planners.base import Budget
-from planners.mpnet.contraction import contracted
-from planners.mpnet.expansion import Expander
+from planners.learning.normalizer import Normalizer
+
+
+@dataclass(frozen=True)
+class PlannerShape:
+    """What the networks are made of.
+
+    Attributes:
+        dimension: d.
+        code: length of the encoding of the obstacles.
+        point_widths: of the layers that see one point at a time.
+        widths: of the planning network's hidden layers.
+        dropout: share of the hidden units that are left out, while planning too.
+    """
+
+    dimension: int
+    code: int = 128
+    point_widths: tuple[int, ...] = (64, 128, 256)
+    widths: tuple[int, ...] = (448, 448, 256)
+    dropout: float = 0.1
+
+
+class PointEncoder(nn.Module):
+    """An order-free encoder of a cloud of points: the same layers for each point, the maximum over
+    all of them, and a linear layer.
+
+    It stands where the published method has a contractive autoencoder.
+    """
+
+    def __init__(self, shape: PlannerShape) -> None:
+        super().__init__()
+        widths = (3, *shape.point_widths)
+        self.layers = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
+        self.last = nn.Linear(widths[-1], shape.code)
+
+    def forward(self, points: Tensor) -> Tensor:
+        """Codes (s, c) of clouds (s, n, 3)."""
+        x = 2 * points
+        for layer in self.layers:
+            x = functional.relu(layer(x))
+        code: Tensor = self.last(x.amax(dim=1))
+        return code
+
+
+class PlanningNetwork(nn.Module):
+    """The next configuration on the way."""
+
+    def __init__(self, shape: PlannerShape) -> None:
+        super().__init__()
+        widths = (shape.code + 2 * shape.dimension, *shape.widths)
+        self.dropout = shape.dropout
+        self.layers = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
+        self.last = nn.Linear(widths[-1], shape.dimension)
+
+    def forward(self, code: Tensor, current: Tensor, goal: Tensor) -> Tensor:
+        """The configuration (..., d) to go to, from `current` to `goal` (..., d) among obstacles of
+        `code` (..., c)."""
+        x = torch.cat([code, 2 * current, 2 * goal], dim=-1)
+        for layer in self.layers:
+            x = functional.dropout(functional.relu(layer(x)), self.dropout)
+        step: Tensor = self.last(x)
+        return current + step
+
+
+class Mpnet(nn.Module):
+    """Both networks."""
+
+    def __init__(self, shape: PlannerShape) -> None:
+        super().__init__()
+        self.shape = shape
+        self.encoder = PointEncoder(shape)
+        self.planner = PlanningNetwork(shape)
+
+
+IsFree = Callable[[Array, Array], bool]
+"""Whether the straight motion between two configurations (d,) is free."""
+
+
+def contracted(path: Sequence[Array], is_free: IsFree) -> list[Array]:
+    """A path without the waypoints that a free straight motion can skip.
+
+    Goes from each waypoint to the last one that it sees. Neighbours are kept as they are, whether
+    or not the motion between them is free.
+
+    Args:
+        path: waypoints (d,).
+    """
+    kept = [path[0]]
+    here = 0
+    while here < len(path) - 1:
+        ahead = range(len(path) - 1, here + 1, -1)
+        here = next((there for there in ahead if is_free(path[here], path[there])), here + 1)
+        kept.append(path[here])
+    return kept
+
+
+Single = NDArray[np.float32]
+
+
+class Expander:
+    """The planning network among fixed obstacles.
+
+    Args:
+        net: with its weights.
+        code: (c,) of the obstacles.
+        scale: between the environment's configurations and the network's.
+
+    Attributes:
+        dropout: share of the hidden units that was left out while training.
+    """
+
+    def __init__(self, net: PlanningNetwork, code: Single, scale: Normalizer) -> None:
+        self._scale = scale
+        layers = [*net.layers, net.last]
+        weights = [layer.weight.detach().cpu().numpy().T.copy() for layer in layers]
+        biases = [layer.bias.detach().cpu().numpy() for layer in layers]
+        # The obstacles' share of the first layer is the same for every query.
+        biases[0] = biases[0] + code @ weights[0][: len(code)]
+        weights[0] = weights[0][len(code) :].copy()
+        self._layers = list(zip(weights, biases, strict=True))
+        self.dropout = net.dropout
+
+    def next(self, current: Array, goal: Array, rng: np.random.Generator, dropout: float) -> Array:
+        """The configuration (d,) to go to, in the environment's unit, with a share `dropout` of
+        the hidden units left out at random."""
+        kept = 1 - dropout
+        ends = np.concatenate([self._scale.normalize(current), self._scale.normalize(goal)])
+        x = 2 * ends.astype(np.float32)
+        *hidden, (last, bias) = self._layers
+        for weight, offset in hidden:
+            x = np.maximum(x @ weight + offset, 0)
+            x *= (rng.random(len(x), dtype=np.float32) < kept) / np.float32(kept)
+        step: Array = self._scale.extent * (x @ last + bias).astype(np.float64)
+        return current + step
+
 
 _MOST_STEPS = 8
 """Of one expansion. Most motions that can be joined at all are after two or three."""

@@ -9,8 +9,8 @@ import pytest
 from conftest import Cli, Refused
 from records import row
 
-from bench.record import Record
-from bench.store import Store
+from bench.storage.record import Record
+from bench.storage.store import Store
 
 N = 20
 SOLVED = {"fmm": N, "rrtstar": N - 1, "prmstar": N}

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from records import recorded, row
 
-from bench.gate import Baseline, read, write
+from bench.analysis.regression import Baseline, read, write
 from envs import InputError
 
 HEADER = "version,env,planner,fingerprint,seed,settings,problems,solved,time"

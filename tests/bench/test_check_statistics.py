@@ -10,16 +10,24 @@ import pytest
 from records import recorded, row
 from scipy.stats import binom
 
-from bench.gate import Baseline, Check, Row, Verdict, Wanted, check, p_of_worse_ratio
-from bench.gate.text import text
-from bench.stats import success_drop
+from bench.analysis.regression import (
+    Baseline,
+    Check,
+    CheckOptions,
+    RegressionVerdict,
+    Row,
+    check,
+    p_of_worse_ratio,
+)
+from bench.analysis.statistics import success_drop
+from bench.report.regression_text import text
 
 RERUNS = 200
 ALPHA = 0.05
 ALLOWED = round(ALPHA * RERUNS)
 
 RATES = {"reference": 1.0, "good": 0.95, "fair": 0.7, "poor": 0.3}
-WANTED = Wanted(ALPHA, ("length", "margin", "time"), "reference", tolerance=0.1)
+WANTED = CheckOptions(ALPHA, ("length", "margin", "time"), "reference", tolerance=0.1)
 
 
 def drawn(
@@ -43,7 +51,7 @@ def hardness(rng: np.random.Generator, problems: int = 50) -> np.ndarray:
     return np.exp(rng.standard_normal(problems))
 
 
-def reruns(wanted: Wanted, problems: int, seed: int) -> list[Check]:
+def reruns(wanted: CheckOptions, problems: int, seed: int) -> list[Check]:
     rng = np.random.default_rng(seed)
     world = hardness(rng, problems)
     return [check(drawn(rng, world), drawn(rng, world), wanted) for _ in range(RERUNS)]
@@ -104,7 +112,9 @@ def test_reruns_that_repeat_their_paths_alarm_no_more_often_than_alpha() -> None
     for share in (1.0, 0.9, 0.5):
         world = hardness(rng, 60) * np.where(rng.random(60) < share, 1, -1)
         before = repeated(rng, world, 0.0)
-        found = [check(before, repeated(rng, world, 1e-4, 1e-4), Wanted(ALPHA)) for _ in range(200)]
+        found = [
+            check(before, repeated(rng, world, 1e-4, 1e-4), CheckOptions(ALPHA)) for _ in range(200)
+        ]
         assert {f.test.name for each in found for f in each.findings if f.test} == {"repeated"}
         assert sum(bool(each.regressions) for each in found) <= ALLOWED
 
@@ -114,10 +124,10 @@ def test_5_points_less_are_noticed_at_60_problems_where_paths_are_as_they_were()
     rng = np.random.default_rng(12)
     world = hardness(rng, 60)
     before = repeated(rng, world, 0.0)
-    found = [check(before, repeated(rng, world, 0.05), Wanted(0.01)) for _ in range(1000)]
+    found = [check(before, repeated(rng, world, 0.05), CheckOptions(0.01)) for _ in range(1000)]
     alarms = sum(bool(each.regressions) for each in found)
     assert binom.ppf(0.001, 1000, 0.808) <= alarms <= binom.ppf(0.999, 1000, 0.808)
-    same = check(before, before, Wanted(0.01))
+    same = check(before, before, CheckOptions(0.01))
     assert same.power(same.findings[0]) >= 0.8
     told = text(same, Path("a"), Path("b"))
     assert "a fall to 58 of 60 (repeated)" in told
@@ -130,7 +140,9 @@ def test_the_power_that_is_told_is_that_of_paths_drawn_anew() -> None:
     rates = {"reference": 1.0, "good": 1.0}
     before = drawn(rng, world, rates=rates)
     found = [
-        check(before, drawn(rng, world, rates={"reference": 1.0, "good": 0.85}), Wanted(ALPHA))
+        check(
+            before, drawn(rng, world, rates={"reference": 1.0, "good": 0.85}), CheckOptions(ALPHA)
+        )
         for _ in range(100)
     ]
     told = found[0].power(next(f for f in found[0].findings if f.planner == "good"), 0.15)
@@ -148,7 +160,7 @@ def test_straight_lines_do_not_make_a_rerun_of_other_random_numbers_a_repetition
         letters = np.where(lines, "L", np.where(rng.random(60) < 0.5, "S", "F"))
         return kept(np.where(lines, 5.0, 5 + rng.random(60)), letters, np.full(60, 0.01))
 
-    found = [check(luck(), luck(), Wanted(ALPHA)) for _ in range(RERUNS)]
+    found = [check(luck(), luck(), CheckOptions(ALPHA)) for _ in range(RERUNS)]
     assert {f.test.name for each in found for f in each.findings if f.test} == {"McNemar"}
     assert sum(bool(each.regressions) for each in found) <= ALLOWED
 
@@ -159,13 +171,15 @@ def test_problems_near_the_time_limit_may_be_lost_to_a_slower_machine() -> None:
     slow = [row("p", i, "VALID", length=1.0 + i, solve_s=2.6) for i in range(20, 23)]
     late = [row("p", i, "LATE", length=1.0 + i, solve_s=5.2) for i in range(20, 23)]
     before, now = (Baseline.of(recorded(rows + more)) for more in (slow, late))
-    [finding] = check(before, now, Wanted(0.05)).findings
+    [finding] = check(before, now, CheckOptions(0.05)).findings
     assert finding.test is not None
     assert (finding.test.name, finding.test.lost, finding.test.lost_sure) == ("repeated", 3, 0)
-    assert finding.verdict is Verdict.NO_DROP
+    assert finding.verdict is RegressionVerdict.NO_DROP
     gone = [row("p", i, "TIMEOUT") for i in range(17, 20)]
-    [finding] = check(before, Baseline.of(recorded(rows[:17] + gone + slow)), Wanted(0.05)).findings
-    assert finding.verdict is Verdict.REGRESSION
+    [finding] = check(
+        before, Baseline.of(recorded(rows[:17] + gone + slow)), CheckOptions(0.05)
+    ).findings
+    assert finding.verdict is RegressionVerdict.REGRESSION
 
 
 def test_a_busy_machine_is_no_regression() -> None:
@@ -175,19 +189,19 @@ def test_a_busy_machine_is_no_regression() -> None:
     times = np.concatenate([np.full(17, 0.02), [0.3, 0.4, 0.45]])
     before = kept(lengths, solved, times)
     busy = kept(lengths, np.where(times > 0.1, "F", "S"), 12 * times)
-    [finding] = check(before, busy, Wanted(0.05)).findings
+    [finding] = check(before, busy, CheckOptions(0.05)).findings
     assert finding.test is not None
     assert (finding.test.name, finding.test.lost, finding.test.sure) == ("repeated", 3, 17)
-    assert finding.verdict is Verdict.NO_DROP
+    assert finding.verdict is RegressionVerdict.NO_DROP
     quiet = kept(lengths, np.where(times > 0.1, "F", "S"), times)
-    [finding] = check(before, quiet, Wanted(0.05)).findings
-    assert finding.verdict is Verdict.REGRESSION
+    [finding] = check(before, quiet, CheckOptions(0.05)).findings
+    assert finding.verdict is RegressionVerdict.REGRESSION
 
 
 def test_a_slow_down_of_30_percent_is_found_with_50_problems() -> None:
     rng = np.random.default_rng(4)
     rates = {"reference": 1.0, "good": 1.0}
-    wanted = Wanted(0.01, WANTED.measures, "reference", tolerance=0.1)
+    wanted = CheckOptions(0.01, WANTED.measures, "reference", tolerance=0.1)
     found = 0
     for _ in range(20):
         world = hardness(rng)
@@ -214,8 +228,8 @@ def test_a_planner_weakened_by_a_third_is_found_and_no_other() -> None:
 def test_what_cannot_be_shown_is_called_so() -> None:
     rng = np.random.default_rng(6)
     world = hardness(rng, 3)
-    checked = check(drawn(rng, world), drawn(rng, world), Wanted(0.01))
-    assert {f.verdict for f in checked.findings} == {Verdict.BLIND}
+    checked = check(drawn(rng, world), drawn(rng, world), CheckOptions(0.01))
+    assert {f.verdict for f in checked.findings} == {RegressionVerdict.BLIND}
 
 
 def test_larger_changes_have_smaller_p() -> None:

@@ -11,9 +11,9 @@ import pytest
 from conftest import Cli, Refused
 from records import row
 
-from bench.record import Record
-from bench.report.comparison import COLUMNS as COMPARED
-from bench.store import Store
+from bench.analysis.comparison import COLUMNS as COMPARED
+from bench.storage.record import Record
+from bench.storage.store import Store
 
 PLANNERS = {"fmm": 1.0, "rrtstar": 2.0, "rrtconnect:range=2": 1.5}
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from conftest import Cli, records_of
 from matplotlib.image import imread
 
-from envs.notices import tell_once
+from envs.errors import tell_once
 
 
 def test_a_house_is_called_generated_and_drawn_cut_open(bench: Cli, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from conftest import Cli, records_of
 
-from bench.report.recorded import RecordedRun
+from bench.analysis.run_results import RunResults
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -52,7 +52,7 @@ def test_interrupted_before_anything_was_measured(
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("bench.runner.run", interrupted)
+    monkeypatch.setattr("bench.execution.runner.run", interrupted)
     code, out, err = bench("run", "--env", "c3d", "--planners", "rrtconnect", "--out", tmp_path)
     assert (code, out) == (130, "")
     assert "kept" in err
@@ -64,6 +64,6 @@ def _rows(folder: Path) -> int:
     if not (folder / "run.sqlite").exists():
         return 0
     try:
-        return len(RecordedRun.read(folder).records)
+        return len(RunResults.read(folder).records)
     except ValueError:
         return 0

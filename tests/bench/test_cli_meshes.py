@@ -10,7 +10,7 @@ import trimesh
 from bad_meshes import BAD
 from conftest import Cli, Refused
 
-from envs.scenes import mesh_file
+from envs.files import mesh_file
 
 
 def run(file: Path) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import pytest
 from conftest import Cli, records_of
 from matplotlib.image import imread
 
-from bench.paper import program
+from bench.paper import runner
 from bench.report import field
 
 FILES = {
@@ -73,7 +73,7 @@ def small(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     folder.mkdir()
     for name, text in FILES.items():
         (folder / name).write_text(text)
-    monkeypatch.setattr(program, "data_folder", lambda: folder)
+    monkeypatch.setattr(runner, "data_folder", lambda: folder)
     monkeypatch.setattr(field, "PER_AXIS", 30)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setenv("MPLCONFIGDIR", str(tmp_path / "mpl"))

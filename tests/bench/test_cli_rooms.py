@@ -11,11 +11,11 @@ import trimesh
 from conftest import Cli, records_of
 
 import envs
-from planners import learning, weight_files
 from planners.fields.labels import LabelPlan
 from planners.fields.methods import IN_ROOMS, survey
 from planners.fields.objectives import Regression
-from planners.training import Recipe, TrainingState
+from planners.learning import trainer, weight_files
+from planners.learning.training_loop import Recipe, TrainingState
 
 pytestmark = pytest.mark.minutes
 
@@ -39,7 +39,7 @@ def brief(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         monkeypatch.setitem(IN_ROOMS, name, replace(method, recipe=Recipe(steps=60)))
     few = replace(IN_ROOMS["ief3d"], objective=lambda: Regression(LabelPlan(4, 500, 40)))
     monkeypatch.setitem(IN_ROOMS, "ief3d", few)
-    monkeypatch.setattr(learning, "_VALIDATION_PROBLEMS", 2)
+    monkeypatch.setattr(trainer, "_VALIDATION_PROBLEMS", 2)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 

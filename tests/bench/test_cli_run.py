@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from conftest import Cli, records_of
 
-from bench.record import decode_path
+from bench.storage.record import decode_path
 
 PLANNERS = "fmm:resolution=40,rrtconnect,rrtstar"
 
@@ -206,9 +206,9 @@ def test_all_leaves_out_what_supports_nothing(
     bench: Cli, faulty: list[str], tmp_path: Path
 ) -> None:
     import planners
-    from bench.suite import make_suite
+    from bench.execution.config import make_run_config
 
-    suite = make_suite(
+    config = make_run_config(
         env="c3d",
         planner="all",
         problems=1,
@@ -218,7 +218,7 @@ def test_all_leaves_out_what_supports_nothing(
         jobs=1,
         memory_limit_mb=1000,
     )
-    ids = {entry.id for entry in suite.planners}
+    ids = {entry.id for entry in config.planners}
     assert "unsupporting" not in ids
     listed = {spec.id for spec in planners.REGISTRY.specs() if spec.in_all}
     assert ids == listed - {"unsupporting"}

@@ -11,7 +11,7 @@ from conftest import Cli, records_of
 
 import envs
 from bench.report import raster
-from bench.report.postures import ArmShape, along
+from bench.report.configurations import ArmShape, along
 from envs import Spec
 from envs.problem import Array
 from envs.scenes.arm_world import ArmWorld

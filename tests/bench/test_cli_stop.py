@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from conftest import Cli, records_of
 
-from bench.suite import make_suite
+from bench.execution.config import make_run_config
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_a_reference_that_nobody_needs_is_not_run(bench: Cli, tmp_path: Path) ->
 
 def test_the_papers_rule_takes_mpnet_where_it_has_weights(tmp_path: Path) -> None:
     def rule(env: str) -> str:
-        return make_suite(
+        return make_run_config(
             env=env,
             planner="rrtstar",
             problems=1,

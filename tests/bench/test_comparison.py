@@ -13,9 +13,10 @@ import pandas as pd
 import pytest
 from records import recorded, row
 
-from bench.report.comparison import compare, pair_runs, text
-from bench.report.recorded import RecordedRun
-from bench.stats import holm, mcnemar, paired_effect, signed_rank
+from bench.analysis.comparison import compare, pair_runs
+from bench.analysis.run_results import RunResults
+from bench.analysis.statistics import holm, mcnemar, paired_effect, signed_rank
+from bench.report.comparison_text import text
 from envs import InputError
 
 N = 12
@@ -39,18 +40,18 @@ def planner(name: str, scale: float = 1.0, failed: Sequence[int] = (), **others:
     ]
 
 
-def with_settings(run: RecordedRun, **changed: Any) -> RecordedRun:
+def with_settings(run: RunResults, **changed: Any) -> RunResults:
     [selection] = run.selections
     return replace(
         run, selections=({**selection, "settings": {**selection["settings"], **changed}},)
     )
 
 
-def on_machine(run: RecordedRun, **machine: Any) -> RecordedRun:
+def on_machine(run: RunResults, **machine: Any) -> RunResults:
     return replace(run, sessions=tuple({**s, "machine": machine} for s in run.sessions))
 
 
-def compared(a: RecordedRun, b: RecordedRun, who: tuple[str, str] | None = None) -> pd.DataFrame:
+def compared(a: RunResults, b: RunResults, who: tuple[str, str] | None = None) -> pd.DataFrame:
     return compare(pair_runs(a, b, who).pairs).set_index("measure")
 
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from records import recorded, row
 
+from bench.analysis.run_results import RunResults
+from bench.analysis.summary import summarise
 from bench.report import html, latex, markdown
-from bench.report.recorded import RecordedRun
-from bench.report.summary import summarise
 
 
 def attempts(planner: str, share: float, count: int = 10, **others: Any) -> list[dict[str, Any]]:
@@ -18,7 +18,7 @@ def attempts(planner: str, share: float, count: int = 10, **others: Any) -> list
     return [row(planner, i, "VALID", **told) for i in range(count)]
 
 
-def on_machines(rows: list[dict[str, Any]], **machines: Any) -> RecordedRun:
+def on_machines(rows: list[dict[str, Any]], **machines: Any) -> RunResults:
     """A run of sessions on machines by the sessions' ids; None was cut off."""
     run = recorded(rows)
     [session] = run.sessions

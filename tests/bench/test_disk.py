@@ -16,7 +16,7 @@ from typing import IO
 import pytest
 from conftest import Cli, records_of
 
-from bench.store import Store
+from bench.storage.store import Store
 
 SAME = ["problem", "status", "verdict", "outcome", "length", "path"]
 _NAMESPACE = ("unshare", "--user", "--map-root-user", "--mount", "sh", "-euc")

@@ -16,8 +16,8 @@ import psutil
 import pytest
 from conftest import Cli, records_of
 
-from bench.progress import Progress
-from bench.record import Record
+from bench.execution.session import Progress
+from bench.storage.record import Record
 
 pytestmark = pytest.mark.minutes
 
@@ -93,7 +93,7 @@ def test_what_the_harness_holds_does_not_grow_with_attempts_and_restarts(
                 sys._clear_type_cache()  # holds names, some thousands at most
                 held[record.problem + 1], _ = tracemalloc.get_traced_memory()
 
-    monkeypatch.setattr("bench.runner.Progress", Watching)
+    monkeypatch.setattr("bench.execution.runner.Progress", Watching)
     tracemalloc.start()
     try:
         code, _, err = bench(

@@ -141,7 +141,7 @@ def test_materials_in_other_files_are_not_opened(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nor is it an error to name some: the shape is all that counts."""
-    from envs.scenes.mesh_file import read_mesh
+    from envs.files.mesh_file import read_mesh
 
     inside = tmp_path / "inside"
     inside.mkdir()

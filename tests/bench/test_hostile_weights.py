@@ -17,7 +17,7 @@ import safetensors.numpy
 from conftest import Refused
 
 import envs
-from planners import weight_files
+from planners.learning import weight_files
 
 ENV = "c3d:scene=1"
 

@@ -13,14 +13,13 @@ import pytest
 from html_reports import HOSTILE, run_in_c3d, through, unpacked
 from records import recorded, row
 
-from bench.report import cells, html
-from bench.report.html.arenas import arenas_of
-from bench.report.html.curves import best_by, solved_by
-from bench.report.html.looks import looks
-from bench.report.html.page import text
+from bench.analysis.run_results import RunResults
+from bench.report import formatting, html
+from bench.report.configurations import along
+from bench.report.html.overview import best_by, solved_by
+from bench.report.html.page import looks, text
+from bench.report.html.problem_sets import arenas_of
 from bench.report.html.problems import problems_data
-from bench.report.postures import along
-from bench.report.recorded import RecordedRun
 from envs import Environment
 
 
@@ -91,7 +90,10 @@ def test_numbers_in_the_page_are_the_tables_own(tmp_path: Path) -> None:
     html.write(run, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     printed = [unescape(t) for t in re.findall(r'<span class="text">(.*?)</span>', page)]
-    wanted = [*cells.success_rows(run.summary, run.spread), *cells.common_rows(run.common)]
+    wanted = [
+        *formatting.success_rows(run.summary, run.spread),
+        *formatting.common_rows(run.common),
+    ]
     assert printed[: sum(map(len, wanted))] == [text for one in wanted for text in one.values()]
 
 
@@ -144,7 +146,7 @@ def test_settings_machines_and_costs_are_said() -> None:
     run = recorded([row("p", 0, "VALID", solve_s=1.0, setup_s=12.5, train_s=100.25)])
     [session] = run.sessions
     place = {"machine": {"processor": "a <slow> one"}, "versions": {"numpy": "2.0"}, "git": None}
-    there = RecordedRun(run.folders, run.selections, run.records, ({**session, **place},))
+    there = RunResults(run.folders, run.selections, run.records, ({**session, **place},))
     words = " ".join(Tags(text(there)).texts)
     for said in ("a <slow> one", "versions numpy", "12.50", "100.25", "112.75", "time limit s"):
         assert said in words

@@ -12,11 +12,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import envs
-from bench.report.html.contact import first_contact
-from bench.report.html.geometry import POSTURES, TOLERANCE, drawable, scene_of
-from bench.report.html.packing import compressed, packed
-from bench.report.html.simplify import simplified, thinned
-from bench.report.postures import ArmShape, along, triangles_of
+from bench.report.configurations import ArmShape, along, triangles_of
+from bench.report.html.geometry import (
+    POSTURES,
+    TOLERANCE,
+    compressed,
+    drawable,
+    packed,
+    scene_of,
+    simplified,
+    thinned,
+)
+from bench.report.html.problems import first_contact
 from envs import Environment
 from envs.collision.fcl_model import CollisionModel
 from envs.collision.shapes import Box

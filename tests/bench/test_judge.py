@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import envs
 import planners
-from bench.judge import Judge, Judgement
-from bench.record import MOST_WAYPOINTS, Verdict
+from bench.judging.judge import Judge, Judgement
+from bench.storage.record import MOST_WAYPOINTS, Verdict
 from envs import Problem
 from planners import Budget
 
@@ -134,8 +134,8 @@ def test_a_path_longer_than_anybody_needs_is_not_judged() -> None:
 def test_a_path_that_cannot_be_decided_in_time_is_not_judged(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("bench.judge._MOST_QUERIES", 3000)
-    monkeypatch.setattr("bench.judge.FIRST_QUERIES", 1000)
+    monkeypatch.setattr("bench.judging.judge._MOST_QUERIES", 3000)
+    monkeypatch.setattr("bench.judging.judge.FIRST_QUERIES", 1000)
     for gap in (1.01e-3, 1.2e-3):
         judged = verdict_of(there_and_back(100, gap))
         assert judged.verdict is Verdict.NOT_JUDGED

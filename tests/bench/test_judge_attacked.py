@@ -18,8 +18,8 @@ import trimesh
 from bad_urdfs import collision, joint, link, robot
 
 import envs
-from bench.judge import ENDPOINT_TOLERANCE, Judge
-from bench.record import Verdict
+from bench.judging.judge import ENDPOINT_TOLERANCE, Judge
+from bench.storage.record import Verdict
 from envs import Environment, Problem
 from envs.collision.fcl_model import DEFAULT_TOLERANCE
 from envs.problem import Array

@@ -14,7 +14,7 @@ import psutil
 import pytest
 from conftest import Cli, Refused, records_of
 
-from bench.folder_lock import locked
+from bench.storage.store import locked
 
 pytestmark = pytest.mark.minutes
 

@@ -14,8 +14,8 @@ import psutil
 import pytest
 from conftest import Cli, records_of
 
-from bench.process import SetUp, WorkerProcess
-from bench.record import Fault
+from bench.execution.worker_process import SetUp, WorkerProcess
+from bench.storage.record import Fault
 from envs import InputError
 
 KILLS, PROBLEMS = 8, 800
@@ -73,7 +73,7 @@ def dies_when_set_up(monkeypatch: pytest.MonkeyPatch) -> set[int]:
         nonlocal made
         made += 1
         if made in dying:
-            self._process.kill()
+            self._child._process.kill()
         return true(self, seed, limit_s)
 
     monkeypatch.setattr(WorkerProcess, "set_up", set_up)

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from records import recorded, row
 
-from bench.report import cells, latex
+from bench.report import formatting, latex
 
 PDFLATEX = shutil.which("pdflatex")
 
@@ -58,10 +58,10 @@ def overfull_points(log: str) -> float:
 def test_both_tables_say_what_the_cells_say() -> None:
     run = recorded(ROWS)
     tables = tex_reader.tables(latex.text(run))
-    expected = cells.success_rows(run.summary, run.spread)
+    expected = formatting.success_rows(run.summary, run.spread)
     for cell in expected:
         del cell["outcomes"]
-    assert tables == {"success": expected, "common": cells.common_rows(run.common)}
+    assert tables == {"success": expected, "common": formatting.common_rows(run.common)}
 
 
 def test_outcomes_other_than_success_are_told_below() -> None:

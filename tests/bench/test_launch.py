@@ -17,12 +17,12 @@ import pytest
 from conftest import Cli, records_of
 
 import envs
-from bench import judge as bench_judge
-from bench import launch
-from bench import record as bench_record
-from bench import runner as bench_runner
-from bench.process_group import CAN_PAUSE
-from bench.report.recorded import RecordedRun
+from bench.analysis.run_results import RunResults
+from bench.execution import launch
+from bench.execution import runner as bench_runner
+from bench.execution.process_group import CAN_PAUSE
+from bench.judging import judge as bench_judge
+from bench.storage import record as bench_record
 from envs import Environment, Registry
 from envs.scenes.cluttered import Cluttered3D
 
@@ -68,7 +68,7 @@ class Tells(Planner):
 def test_modules_beside_the_user_are_not_meant(tmp_path: Path) -> None:
     for name in ("json", "signal", "numpy", "bench", "selectors"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('the one beside the user')\n")
-    code = "from bench.cli import main; raise SystemExit(main())"
+    code = "from bench.cli.app import main; raise SystemExit(main())"
     command = [*map(str, FEW), "--planners", "rrtconnect", "--out", "out"]
     ran = subprocess.run(
         [sys.executable, "-c", f"import sys; sys.path.remove(''); {code}", *command],
@@ -98,7 +98,7 @@ def test_the_current_folder_is_the_last_that_modules_come_from(
 
 
 def test_ours_are_found_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(launch, "__file__", "/here/bench/launch.py")
+    monkeypatch.setattr(launch, "__file__", "/here/bench/execution/launch.py")
     path = ["/here", "/lib", "/lib/site-packages"]
     assert launch._safe(path, "/here") == ["/lib", "/here", "/lib/site-packages"]
 
@@ -124,7 +124,7 @@ def test_what_one_file_changes_does_not_reach_the_workers_of_others(
         sys.path[:] = path
         os.chdir(tmp_path)
     assert code == 0, err
-    run = RecordedRun.read(tmp_path / "out")
+    run = RunResults.read(tmp_path / "out")
     for said in run.records["stats"].map(json.loads):
         assert said["NUMBA_DISABLE_JIT"] is None
         assert said["KEPT_BY_ALL"] == "1"
@@ -180,19 +180,19 @@ def _until(holds: Callable[[], bool]) -> None:
 
 
 CHANGES = {
-    "the judge": "import bench.judge\nbench.judge.Judge.__call__ = lambda *a: None",
-    "its module": "import bench.runner\nbench.runner.Judge = object",
-    "its code": "from bench.judge import Judge\n"
+    "the judge": "import bench.judging.judge\nbench.judge.Judge.__call__ = lambda *a: None",
+    "its module": "import bench.execution.runner\nbench.runner.Judge = object",
+    "its code": "from bench.judging.judge import Judge\n"
     "def f(self, problem, path): pass\nJudge.__call__.__code__ = f.__code__",
-    "a constant": "import bench.record\nbench.record.LATE = 'VALID'",
-    "the clock": "import bench.runner\nbench.runner.monotonic = lambda: 0.0",
+    "a constant": "import bench.storage.record\nbench.record.LATE = 'VALID'",
+    "the clock": "import bench.execution.runner\nbench.runner.monotonic = lambda: 0.0",
     "what is imported later": "from envs.scenes.cluttered import Cluttered3D\n"
     "Cluttered3D.clearance = lambda self, q: None",
     "when it is made": "CHANGES_WHEN_MADE = True",
 }
 
 WORLD = """
-import bench.judge
+import bench.judging.judge
 
 from envs import Spec
 from envs.scenes.boxes import SingleBox
@@ -201,7 +201,7 @@ from envs.scenes.boxes import SingleBox
 class Changed(SingleBox):
     def __init__(self):
         if "CHANGES_WHEN_MADE" in globals():
-            bench.judge.Judge.__call__ = lambda *a: None
+            bench.judging.judge.Judge.__call__ = lambda *a: None
         super().__init__()
 
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from bench.metrics import MOST_PIECES, path_length, smoothness, travel_time
-from planners import ompl_import
+from bench.judging.metrics import MOST_PIECES, path_length, smoothness, travel_time
+from planners.ompl import parameters
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]], float)
 
@@ -49,7 +49,7 @@ def test_smoothness_of_right_angles() -> None:
 
 
 def test_smoothness_is_ompls() -> None:
-    base, geometric, _ = ompl_import.load()
+    base, geometric, _ = parameters.load()
     waypoints = np.random.default_rng(0).uniform(-1, 1, (12, 3))
     space = base.RealVectorStateSpace(3)
     path = geometric.PathGeometric(base.SpaceInformation(space))

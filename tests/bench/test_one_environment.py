@@ -12,10 +12,10 @@ import trimesh
 from conftest import Cli
 from records import recorded, row
 
-from bench.gate import Baseline, Wanted, check
+from bench.analysis.regression import Baseline, CheckOptions, check
+from bench.analysis.run_results import RunResults
+from bench.analysis.summary import common_problems
 from bench.report import html, planner_arena
-from bench.report.recorded import RecordedRun
-from bench.report.summary import common_problems
 from envs import InputError
 
 
@@ -78,10 +78,10 @@ def test_names_of_one_environment_in_a_run_and_after_it(bench: Cli, balls: Path)
     assert "not in the baseline yet" not in out
 
 
-def joined() -> RecordedRun:
+def joined() -> RunResults:
     a = recorded([row("p", i, "VALID", solve_s=1.0, length=1.0, env="b.ply") for i in range(3)])
     b = recorded([row("q", i, "VALID", solve_s=1.0, length=2.0, env="./b.ply") for i in range(3)])
-    return RecordedRun.joined([a, b])
+    return RunResults.joined([a, b])
 
 
 def test_runs_of_one_environment_by_two_names_are_of_one(tmp_path: Path) -> None:
@@ -89,7 +89,7 @@ def test_runs_of_one_environment_by_two_names_are_of_one(tmp_path: Path) -> None
     assert run.order == [("b.ply", "p"), ("b.ply", "q")]
     assert common_problems(run.records)["problems"].tolist() == [3, 3]
     assert [s["envs"][0]["id"] for s in run.selections] == ["b.ply"] * 2
-    assert len(html.arenas.arenas_of(run)) == 1
+    assert len(html.problem_sets.arenas_of(run)) == 1
     planner_arena.write(run, tmp_path / "a.db")
     with closing(sqlite3.connect(tmp_path / "a.db")) as made:
         assert set(made.execute("SELECT name FROM experiments")) == {("b.ply",)}
@@ -99,14 +99,14 @@ def test_one_planner_in_one_environment_by_two_names_is_refused() -> None:
     a = recorded([row("p", 0, "VALID", env="b.ply")])
     b = recorded([row("p", 0, "VALID", env="./b.ply")])
     with pytest.raises(InputError, match=r"both have p in b\.ply"):
-        RecordedRun.joined([a, b])
+        RunResults.joined([a, b])
 
 
 def test_other_problems_of_one_environment_by_two_names_are_refused() -> None:
     a = recorded([row("p", 0, "VALID", env="b.ply")])
     b = recorded([row("q", 0, "VALID", env="./b.ply", problems_seed=3)], seed=3)
     with pytest.raises(InputError, match=r"seed 0.*seed 3|seed 3.*seed 0"):
-        RecordedRun.joined([a, b])
+        RunResults.joined([a, b])
 
 
 def test_a_baseline_knows_an_environment_by_its_fingerprint() -> None:
@@ -117,8 +117,8 @@ def test_a_baseline_knows_an_environment_by_its_fingerprint() -> None:
         ]
         return Baseline.of(recorded(rows))
 
-    found = check(run("b.ply"), run("./b.ply"), Wanted(0.01))
+    found = check(run("b.ply"), run("./b.ply"), CheckOptions(0.01))
     assert [f.env for f in found.findings] == ["b.ply"]
     assert found.notes == ()
-    other = check(run("b.ply"), run("b.ply", "g"), Wanted(0.01))
+    other = check(run("b.ply"), run("b.ply", "g"), CheckOptions(0.01))
     assert "the environment is another one" in other.notes[0]

@@ -13,18 +13,18 @@ from records import recorded, row
 
 import envs
 import planners
-from bench.paper import dimensions, program, verdict
+from bench.analysis.statistics import difference_interval
+from bench.paper import comparison, fmm_scaling, runner
 from bench.paper.comparison import ALL, Comparison, rows_beside
-from bench.paper.dimensions import LEFT_OUT, SOLVED, TOO_LARGE, Dimensions
 from bench.paper.experiment import Experiment, Place
-from bench.paper.offline import Offline
-from bench.paper.pictures import Fields, Paths
-from bench.report import cells
-from bench.stats import difference_interval
+from bench.paper.figures import Fields, Paths
+from bench.paper.fmm_scaling import LEFT_OUT, SOLVED, TOO_LARGE, Dimensions
+from bench.paper.training_cost import Offline
+from bench.report import formatting
 from envs import InputError
-from planners.learned import LearnedPlanner
+from planners.learning.learned_planner import LearnedPlanner
 
-EXPERIMENTS = program.experiments(program.data_folder())
+EXPERIMENTS = runner.experiments(runner.data_folder())
 
 
 def test_newcombes_own_example() -> None:
@@ -57,7 +57,7 @@ def test_a_difference_lies_within_its_interval_and_turns_with_it(
     ],
 )
 def test_verdicts_are_by_the_interval(solved: int, problems: int, rate: float, word: str) -> None:
-    found = verdict.of_success(solved, problems, rate, 1000)
+    found = comparison.of_success(solved, problems, rate, 1000)
     assert found.verdict.value == word
     if problems:
         assert f"{100 * (solved / problems - rate):+.1f} points" in found.reason
@@ -117,7 +117,7 @@ def test_what_the_paper_shows_is_all_there() -> None:
 
 @pytest.mark.parametrize("one", EXPERIMENTS, ids=lambda one: one.name)
 def test_experiments_name_what_exists_and_have_the_papers_figures(one: Experiment) -> None:
-    place = Place(program.data_folder(), Path("unused"), quick=False)
+    place = Place(runner.data_folder(), Path("unused"), quick=False)
     if isinstance(one, Comparison):
         figures = place.figures(one.name)
         assert set(figures["planner"]) <= set(one.planners)
@@ -161,7 +161,7 @@ quick = 2
 
 def test_an_experiment_is_read_with_its_defaults(tmp_path: Path) -> None:
     (tmp_path / "one.toml").write_text(GOOD + "time_limit_s = 2\n[explained]\nfmm = 'why'\n")
-    [one] = program.experiments(tmp_path)
+    [one] = runner.experiments(tmp_path)
     assert isinstance(one, Comparison)
     assert (one.name, one.env, one.stop, one.time_limit_s) == ("one", ("arm4",), "paper", 2.0)
     assert one.explained == {"fmm": "why"}
@@ -184,21 +184,21 @@ def test_an_experiment_is_read_with_its_defaults(tmp_path: Path) -> None:
 def test_what_describes_no_experiment_is_refused(text: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "one.toml").write_text(text)
     with pytest.raises(InputError, match=said):
-        program.experiments(tmp_path)
+        runner.experiments(tmp_path)
 
 
 def test_durations_have_the_unit_that_suits_them() -> None:
-    shown = [cells.duration(s) for s in (0.0081, 3.74, 100, 900, 9360, 200_000, math.nan)]
+    shown = [formatting.duration(s) for s in (0.0081, 3.74, 100, 900, 9360, 200_000, math.nan)]
     assert shown == ["0.0081 s", "3.74 s", "100 s", "15.0 min", "2.6 h", "2.3 d", "-"]
 
 
 def test_fast_marchings_cost_is_measured_where_it_fits() -> None:
-    small = dimensions.measured("arm4", 7)
+    small = fmm_scaling.measured("arm4", 7)
     assert small["outcome"] == SOLVED
     assert small["nodes"] == 7**4
     assert 0 < small["solve_s"] < 5
-    assert dimensions.measured("arm4", 7, most_nodes=100)["outcome"] == LEFT_OUT
-    large = dimensions.measured("arm6", 51)
+    assert fmm_scaling.measured("arm4", 7, most_nodes=100)["outcome"] == LEFT_OUT
+    large = fmm_scaling.measured("arm6", 51)
     assert large["outcome"] == TOO_LARGE
     assert large["memory_gb"] > 1000
     assert math.isnan(large["solve_s"])

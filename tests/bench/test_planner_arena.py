@@ -18,9 +18,9 @@ import pytest
 from plannerarena.database import load_database
 from records import recorded, row
 
-from bench.record import LATE, Fault, Verdict
+from bench.analysis.run_results import RunResults
 from bench.report import planner_arena
-from bench.report.recorded import RecordedRun
+from bench.storage.record import LATE, Fault, Verdict
 from planners import Status
 
 FOUND = (
@@ -192,7 +192,7 @@ def test_runs_that_are_joined_are_told_apart(tmp_path: Path) -> None:
         [row("d", 0, "VALID", solve_s=1.0, run_id="s", planner_version=2)],
         settings={"time_limit_s": 9.0, "stop": "limit", "jobs": 1},
     )
-    planner_arena.write(RecordedRun.joined([recorded(ROWS), other]), tmp_path / "a.db")
+    planner_arena.write(RunResults.joined([recorded(ROWS), other]), tmp_path / "a.db")
     experiments, runs = read(tmp_path / "a.db", "experiments"), read(tmp_path / "a.db", "runs")
     assert experiments["name"].tolist() == ["c3d", "c3d"]
     assert experiments["timelimit"].tolist() == [5, 9]

@@ -16,9 +16,9 @@ from conftest import Cli, Refused, records_of
 
 import envs
 import planners
-from bench import planner_queries as queries
-from bench.planner_host import PlannerHost, hosting
-from bench.planner_queries import PlannerError, World
+from bench.execution import planner_queries as queries
+from bench.execution.planner_host import PlannerHost, hosting
+from bench.execution.planner_queries import PlannerError, World
 from envs import Environment, InputError, Registry
 from envs.registry import Entry
 from planners import Planner
@@ -33,12 +33,12 @@ with (pathlib.Path(__file__).parent / "imported_by").open("a") as told:
 
 MEDDLES = """
 import numpy as np
-import bench.judge
-import envs.collision.paths
+import bench.judging.judge
+import envs.collision.continuous
 
 np.linalg.norm = lambda *a, **k: 0.001
 np.cumsum = np.sum = np.min = np.max = lambda *a, **k: 0.001
-bench.judge.Judge.__call__ = lambda *a: None
+bench.judging.judge.Judge.__call__ = lambda *a: None
 """
 
 
@@ -146,7 +146,7 @@ def test_one_that_ends_its_process_is_refused_in_a_line(
 @pytest.fixture
 def hosted(file: Path) -> Iterator[Entry[Planner]]:
     """The file's planner, asked in another process."""
-    with hosting(), planners.files.registered([file]):
+    with hosting(), planners.user_plugins.registered([file]):
         yield planners.REGISTRY.entry("straight:bends=2")
 
 
@@ -182,7 +182,7 @@ class Improves(Straight):
 def test_one_that_fails_is_refused_and_says_where(c3d: Environment, tmp_path: Path) -> None:
     file, world = tmp_path / "fails.py", World(envs.REGISTRY.entry("c3d"), c3d)
     file.write_text(FAILS)
-    with hosting(), planners.files.registered([file]):
+    with hosting(), planners.user_plugins.registered([file]):
         straight, improves = map(planners.REGISTRY.entry, ("straight", "improves"))
         with pytest.raises(PlannerError, match="straight failed: KeyError: 'which") as raised:
             queries.unsupported(straight, world)
@@ -206,7 +206,7 @@ def test_another_environment_in_that_process_is_noticed(
 def test_it_is_asked_by_many_threads_and_ends_with_the_context(
     file: Path, new_children: Callable[[], list[psutil.Process]]
 ) -> None:
-    with hosting(), planners.files.registered([file]):
+    with hosting(), planners.user_plugins.registered([file]):
         entry = planners.REGISTRY.entry("straight")
         answers: list[bool] = []
         threads = [
@@ -239,7 +239,7 @@ import os
 
 import numpy as np
 from planners import PlannerResult, Status
-from planners.learned import LearnedPlanner, Trained
+from planners.learning.learned_planner import LearnedPlanner, Trained
 
 
 class Learns(LearnedPlanner):

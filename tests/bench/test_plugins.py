@@ -13,7 +13,7 @@ from conftest import Cli, Refused, records_of
 import envs
 import planners
 from envs import Environment, InputError, Registry
-from planners import Planner, files
+from planners import Planner, user_plugins
 
 Install = Callable[..., None]
 
@@ -189,7 +189,7 @@ def test_classes_say_more_of_themselves_in_attributes(tmp_path: Path) -> None:
         + "class _Hidden(Straight):\n    pass\n"
         + "Again = Named\n"
     )
-    first, second, third = files.specs_of_file(file)
+    first, second, third = user_plugins.specs_of_file(file)
     assert (first.id, second.id, third.id) == ("straight", "http-planner2-d", "mine+")
     assert first.version == second.version != 7
     assert (third.version, third.not_repeatable, third.in_all) == (7, "it asks around", False)
@@ -197,10 +197,10 @@ def test_classes_say_more_of_themselves_in_attributes(tmp_path: Path) -> None:
 
 
 def test_a_changed_file_is_another_version(file: Path) -> None:
-    [before] = files.specs_of_file(file)
-    [same] = files.specs_of_file(file)
+    [before] = user_plugins.specs_of_file(file)
+    [same] = user_plugins.specs_of_file(file)
     file.write_text(plugins.PLANNER.replace("[problem.start", "[problem.start + 1"))
-    [after] = files.specs_of_file(file)
+    [after] = user_plugins.specs_of_file(file)
     assert before.version == same.version != after.version
     assert before.load() is after.load(), "what is loaded is what is there now"
 
@@ -237,4 +237,4 @@ def test_other_mistakes_with_files_are_refused(refused: Refused, file: Path) -> 
     error = refused("list", "--planner-file", file, "--planner-file", file)
     assert "called 'straight' already" in error
     with pytest.raises(InputError, match=r"no file of Python"):
-        files.specs_of_file(file.with_suffix(".txt"))
+        user_plugins.specs_of_file(file.with_suffix(".txt"))

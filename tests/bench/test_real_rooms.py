@@ -11,7 +11,7 @@ import briefly_trained
 import pytest
 from conftest import has_data, records_of
 
-from bench.process import ONE_THREAD
+from bench.execution.worker_process import ONE_THREAD
 
 pytestmark = pytest.mark.minutes
 

@@ -13,9 +13,10 @@ import plugins
 import pytest
 from conftest import Cli, Refused
 
-from bench import machine, replay
-from bench.record import decode_path, encode_path
-from bench.store_file import TABLES, digest, opened_to_read, opened_to_write
+from bench import replay
+from bench.execution import machine
+from bench.storage.record import decode_path, encode_path
+from bench.storage.store_file import TABLES, digest, opened_to_read, opened_to_write
 
 Change = Callable[..., Path]
 

@@ -32,13 +32,13 @@ from report_reader import (
 )
 
 from bench import cli
-from bench.record import COLUMNS, Record
-from bench.report import csv_table, files, latex, markdown
-from bench.report.cells import SPREADS
-from bench.report.html import tables as html_tables
-from bench.report.recorded import RecordedRun
-from bench.report.summary import COLUMNS as SUMMARY
-from bench.store import Store
+from bench.analysis.run_results import RunResults
+from bench.analysis.summary import COLUMNS as SUMMARY
+from bench.report import csv_table, latex, markdown, writers
+from bench.report.formatting import SPREADS
+from bench.report.html import overview as html_tables
+from bench.storage.record import COLUMNS, Record
+from bench.storage.store import Store
 
 NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf)|-")
 
@@ -75,7 +75,7 @@ def counted(numbers: dict[str, str]) -> dict[str, str]:
     return counts
 
 
-def in_html(run: RecordedRun) -> Tables:
+def in_html(run: RunResults) -> Tables:
     """Both tables as the page shows them."""
     success, common = (
         [dict(zip(table.titles, [cell.text for cell in line], strict=True)) for line in table.rows]
@@ -93,7 +93,7 @@ READ: dict[str, Callable[[str], Tables]] = {
     "html": of_html,
 }
 
-MADE: dict[str, Callable[[RecordedRun], Tables]] = {
+MADE: dict[str, Callable[[RunResults], Tables]] = {
     "md": lambda run: of_markdown(markdown.text(run)),
     "latex": lambda run: of_latex(latex.text(run)),
     "html": in_html,
@@ -108,7 +108,7 @@ counts = st.dictionaries(
 
 
 @st.composite
-def reported(draw: st.DrawFn) -> RecordedRun:
+def reported(draw: st.DrawFn) -> RunResults:
     """A run with a summary of any numbers."""
     rows = draw(st.lists(st.tuples(names, names), min_size=1, max_size=3, unique=True))
     summary = []
@@ -131,7 +131,7 @@ def reported(draw: st.DrawFn) -> RecordedRun:
 @settings(max_examples=40, deadline=None)
 @given(run=reported())
 def test_any_numbers_are_rounded_alike(
-    name: str, run: RecordedRun, tmp_path_factory: pytest.TempPathFactory
+    name: str, run: RunResults, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     csv = tmp_path_factory.getbasetemp() / "summary.csv"
     csv_table.write(run, csv)
@@ -171,16 +171,16 @@ def stored(folder: Path, env: str, *planners: str, seed: int = 0, fingerprint: s
 def test_the_numbers_of_a_run_agree_in_all_formats(
     spread: str, word: str, finished: Path, bench: Cli, tmp_path: Path
 ) -> None:
-    options = "--format", ",".join(files.FORMATS), "--spread", word.split()[-1]
+    options = "--format", ",".join(writers.FORMATS), "--spread", word.split()[-1]
     code, out, err = bench("report", finished, *options, "--out", tmp_path)
     assert (code, err) == (0, "")
     assert f"mean ± {word} (median)" in out
-    assert {path.name for path in tmp_path.iterdir()} == {f.file for f in files.FORMATS.values()}
+    assert {path.name for path in tmp_path.iterdir()} == {f.file for f in writers.FORMATS.values()}
     exact = exact_rows(tmp_path / "summary.csv")
     assert exact == exact_rows(finished / "summary.csv")
-    common = RecordedRun.read(finished).common.astype(str).to_dict("records")
+    common = RunResults.read(finished).common.astype(str).to_dict("records")
     for name, read in READ.items():
-        tables = read((tmp_path / files.FORMATS[name].file).read_text(encoding="utf-8"))
+        tables = read((tmp_path / writers.FORMATS[name].file).read_text(encoding="utf-8"))
         assert_agree(tables[0], exact, printed(spread))
         assert_agree(tables[1], common, COMMON)
         for cells, numbers in zip(tables[0], exact, strict=True):
@@ -261,12 +261,12 @@ def test_other_problems_under_the_same_name_are_refused(
     assert not (tmp_path / "rep").exists()
 
 
-@pytest.mark.parametrize("name", [name for name in files.FORMATS if name != "html"])
+@pytest.mark.parametrize("name", [name for name in writers.FORMATS if name != "html"])
 def test_a_report_that_cannot_be_written_is_one_line(
     name: str, refused: Refused, tmp_path: Path
 ) -> None:
     run = stored(tmp_path / "run", "c3d", "p")
-    in_the_way = tmp_path / "rep" / files.FORMATS[name].file
+    in_the_way = tmp_path / "rep" / writers.FORMATS[name].file
     in_the_way.mkdir(parents=True)
     said = refused("report", run, "--format", name, "--out", tmp_path / "rep")
     assert f"cannot write the report to {tmp_path / 'rep'}" in said

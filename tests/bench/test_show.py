@@ -56,7 +56,7 @@ class Room(BoxWorld):
     """Six boxes as walls, and free space that is said to be enclosed."""
 
     kind_of_problems = "room"
-    enclosed = True
+    is_interior = True
 
     def __init__(self) -> None:
         walls = []

@@ -14,8 +14,8 @@ import told_planners
 from conftest import Cli, records_of
 
 import planners
-from bench import machine
-from bench.judge import Judge, Judgement
+from bench.execution import machine
+from bench.judging.judge import Judge, Judgement
 from envs import processors
 
 RUN = ("run", "--env", "c3d:boxes=1", "--stop", "first", "--jobs", 2)

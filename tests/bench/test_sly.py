@@ -19,9 +19,9 @@ from sly_planners import WORK_S
 
 import envs
 import planners
-from bench.process import Attempt, WorkerProcess
-from bench.record import COLUMNS, Fault, Record, encode_path
-from bench.store import Store
+from bench.execution.worker_process import Attempt, WorkerProcess
+from bench.storage.record import COLUMNS, Fault, Record, encode_path
+from bench.storage.store import Store
 from envs import Environment, Problem, Spec
 from envs.registry import Entry
 from planners import Planner

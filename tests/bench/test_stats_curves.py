@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.stats import censored_median, improvement, solved_by_time, wilson_interval
+from bench.analysis.statistics import censored_median, improvement, solved_by_time, wilson_interval
 
 attempts = st.lists(st.tuples(st.floats(0, 10), st.booleans()), max_size=30)
 histories = st.lists(

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import stats as scipy_stats
 
-from bench.stats import (
+from bench.analysis.statistics import (
     discordant_share,
     hodges_lehmann,
     holm,
@@ -152,7 +152,7 @@ def test_many_differences_take_no_more_memory(monkeypatch: pytest.MonkeyPatch) -
     values = np.random.default_rng(1).normal(size=301)
     values[:40] = values[40]  # some are the same
     made = hodges_lehmann(values), *shift_interval(values)
-    monkeypatch.setattr("bench.stats.walsh._AT_ONCE", 10)
+    monkeypatch.setattr("bench.analysis.statistics.effects._AT_ONCE", 10)
     assert (hodges_lehmann(values), *shift_interval(values)) == pytest.approx(made, abs=1e-12)
     many = np.random.default_rng(2).normal(0.3, size=100_000)
     assert hodges_lehmann(many) == pytest.approx(0.3, abs=0.02)

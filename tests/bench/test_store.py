@@ -16,8 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from bench.record import KEY, MOST_WAYPOINTS, Record, decode_path, encode_path, outcome
-from bench.store import FORCED_EVERY_S, Store, StoredRecords
+from bench.storage.record import KEY, MOST_WAYPOINTS, Record, decode_path, encode_path, outcome
+from bench.storage.store import FORCED_EVERY_S, Store, StoredRecords
 from envs import InputError
 
 PATH = np.array([[0.0, 1], [2, 3], [4, 5]])
@@ -102,8 +102,8 @@ PUT_AND_DIE = """
 import os, signal, sys
 from pathlib import Path
 from records import row
-from bench.record import Record
-from bench.store import Store
+from bench.storage.record import Record
+from bench.storage.store import Store
 store = Store(Path(sys.argv[1]))
 for problem in range(30):
     store.put(Record(**row("p", problem, "TIMEOUT")))
@@ -142,7 +142,7 @@ def test_rows_are_forced_to_the_disk_together(
         store.put_session("r", {})
         store.put_selection({})
         assert forced() == 2, "what rows belong to is there before them"
-        monkeypatch.setattr("bench.store.FORCED_EVERY_S", 0.0)
+        monkeypatch.setattr("bench.storage.store.FORCED_EVERY_S", 0.0)
         store.put(RECORD)
         assert forced() == 1, "of slow planners every row is"
 

@@ -13,11 +13,11 @@ import pandas as pd
 import pytest
 from conftest import Cli, records_of
 
-from bench import machine
-from bench.record import COLUMNS, KEY, Record
-from bench.report.recorded import RecordedRun
-from bench.store import Store, StoredRecords
-from bench.store_file import TABLES, row_digest
+from bench.analysis.run_results import RunResults
+from bench.execution import machine
+from bench.storage.record import COLUMNS, KEY, Record
+from bench.storage.store import Store, StoredRecords
+from bench.storage.store_file import TABLES, row_digest
 from envs import InputError
 
 PAGE = 4096
@@ -62,7 +62,7 @@ def test_a_damaged_page_is_seen_or_does_no_harm(
 ) -> None:
     """A byte may lie where nothing is stored, or a number that SQLite keeps for itself."""
     whole = (folder / "run.sqlite").read_bytes()
-    told = RecordedRun.read(folder)
+    told = RunResults.read(folder)
     moments = random.Random(5)
     copy = tmp_path / "copy"
     copy.mkdir()
@@ -72,7 +72,7 @@ def test_a_damaged_page_is_seen_or_does_no_harm(
         broken = whole[:begin] + damage(page, moments) + whole[begin + PAGE :]
         (copy / "run.sqlite").write_bytes(broken)
         try:
-            read = RecordedRun.read(copy)
+            read = RunResults.read(copy)
         except InputError as error:
             seen += 1
             assert "\n" not in str(error)
@@ -147,7 +147,7 @@ def as_older(records: pd.DataFrame) -> pd.DataFrame:
 def test_an_older_store_is_read_as_it_is(folder: Path, version: int, tmp_path: Path) -> None:
     older = older_store(version, folder, tmp_path / "older")
     before = (older / "run.sqlite").read_bytes()
-    records = RecordedRun.read(older).records
+    records = RunResults.read(older).records
     pd.testing.assert_frame_equal(records, as_older(records_of(folder)))
     assert list(records) == list(COLUMNS)
     assert (older / "run.sqlite").read_bytes() == before

@@ -11,9 +11,9 @@ import pytest
 from conftest import Refused
 from records import row
 
-from bench.record import Record
-from bench.store import Store
-from bench.store_file import row_digest
+from bench.storage.record import Record
+from bench.storage.store import Store
+from bench.storage.store_file import row_digest
 
 ACTING = {
     "a trigger": "CREATE TRIGGER t AFTER INSERT ON sessions BEGIN DELETE FROM records; END",

@@ -10,8 +10,9 @@ import pandas as pd
 import pytest
 from records import recorded, row
 
-from bench.report import markdown, summary
-from bench.stats import wilson_interval
+from bench.analysis import summary
+from bench.analysis.statistics import wilson_interval
+from bench.report import markdown
 
 ROWS = [
     row("a", 0, "VALID", solve_s=1.0, length=10.0, safety_margin=0.5),
@@ -71,7 +72,7 @@ def test_one_that_solves_nothing_is_left_out_of_the_common_problems_by_name() ->
     assert table["problems"].tolist() == [1, 1]
     assert summary.left_out_of_common(pd.DataFrame(rows)) == {"c3d": {"hopeless": 0}}
     text = markdown.text(recorded(rows))
-    assert "solved by all: `hopeless` in `c3d` (0 solved)" in text
+    assert "solved by all: `unsolvable_problem` in `c3d` (0 solved)" in text
     assert "Left out" not in markdown.text(recorded(ROWS)), "c did not take part"
 
 

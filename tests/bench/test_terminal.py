@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from conftest import Cli
 
-from bench import cli, terminal
+from bench.cli import app, terminal
 
 FILE = """
 from planners import Planner
@@ -66,11 +66,11 @@ def test_characters_that_the_terminal_lacks_are_spelt_out(
 ) -> None:
     raw = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding=encoding))
-    assert cli.main(["list", "planners", "--planner-file", str(file)]) == 0
+    assert app.main(["list", "planners", "--planner-file", str(file)]) == 0
     line = raw.getvalue().decode(encoding)
     assert ("± 3 μm" if encoding == "utf-8" else r" 3 \u03bcm") in line
     with pytest.raises(SystemExit):
-        cli.main(["report", "--help"])
+        app.main(["report", "--help"])
     sys.stdout.flush()
     assert "of means" in raw.getvalue().decode(encoding)
 
@@ -87,7 +87,7 @@ def test_a_stream_that_is_no_file_will_do(monkeypatch: pytest.MonkeyPatch) -> No
 
     window = Window()
     monkeypatch.setattr(sys, "stdout", window)
-    assert cli.main(["list", "envs"]) == 0
+    assert app.main(["list", "envs"]) == 0
     assert "c3d" in window.text
 
 

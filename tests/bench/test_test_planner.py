@@ -16,10 +16,11 @@ from conftest import Cli, Refused
 
 import envs
 import planners
-from bench import conformance, wire, worker
-from bench.conformance import Outcome, cage
-from bench.process import Attempt, SetUp
-from bench.record import Fault
+from bench import conformance
+from bench.conformance import Outcome, trials
+from bench.execution import protocol, worker
+from bench.execution.worker_process import Attempt, SetUp
+from bench.storage.record import Fault
 from envs import Environment, Problem
 from envs.free_space import GridComponents
 from envs.registry import Entry
@@ -57,7 +58,7 @@ class Here:
     def _told_to_go(self, work: Callable[..., Any], request: dict[str, Any]) -> Any:
         ours, theirs = socket.socketpair()
         with ours, theirs:
-            wire.send(ours, {"mark": wire.GO})
+            protocol.send(ours, {"mark": protocol.GO})
             return work(theirs, request=request)
 
     def close(self) -> None:
@@ -182,8 +183,8 @@ def test_mistakes_are_one_clear_line(refused: Refused, arguments: Any, said: str
     assert said in refused("test-planner", *arguments)
 
 
-def test_the_cage_has_no_way_out() -> None:
-    world, problem = cage.Cage(), cage.hopeless()
+def test_the_walls_have_no_way_out() -> None:
+    world, problem = trials.WalledIn(), trials.unsolvable_problem()
     model = world.collision_model()
     assert model.is_valid(problem.start)
     assert model.is_valid(problem.goal)
@@ -198,7 +199,7 @@ def test_a_fault_of_every_kind_is_judged() -> None:
     problem = Problem([0.0], [1.0])
     for fault in Fault:
         attempt = Attempt(fault.value, 0.1, error="so it is")
-        trial = conformance.evidence.Trial("problem 0", problem, 1.0, attempt)
+        trial = conformance.trials.Trial("problem 0", problem, 1.0, attempt)
         evidence = conformance.Evidence(SetUp("", "", 0.0), (trial,))
         found = conformance.findings(evidence)
         assert any(f.outcome is Outcome.FAILED for f in found), fault

@@ -15,11 +15,11 @@ from conftest import Cli, Refused
 
 import envs
 from envs.seeding import stream
-from planners import learning, training, weight_files
 from planners.fields.methods import METHODS
 from planners.fields.objectives import LargestSubsolution
-from planners.fields.sampling import GroupPlan
-from planners.training import Recipe, Steps, TrainingState, train
+from planners.fields.physics import GroupPlan
+from planners.learning import trainer, training_loop, weight_files
+from planners.learning.training_loop import Recipe, Steps, TrainingState, train
 
 SCENE = "c3d:scene=55,boxes=3"
 
@@ -29,8 +29,8 @@ def brief(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Trainings of a few steps, and a cache of their own; the cache's folder."""
     for name, method in METHODS.items():
         monkeypatch.setitem(METHODS, name, replace(method, recipe=Recipe(steps=8)))
-    monkeypatch.setattr(learning, "_VALIDATION_PROBLEMS", 2)
-    monkeypatch.setattr(training, "_CHECKPOINT_EVERY_S", 0.0)
+    monkeypatch.setattr(trainer, "_VALIDATION_PROBLEMS", 2)
+    monkeypatch.setattr(training_loop, "_CHECKPOINT_EVERY_S", 0.0)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return tmp_path / "cache" / "plannerbench"
 
@@ -164,7 +164,7 @@ def saved(content: object) -> bytes:
 )
 def test_a_damaged_checkpoint_is_named(content: bytes, bench: Cli, brief: Path) -> None:
     made = envs.make(SCENE)
-    from bench.training import _checkpoint
+    from bench.execution.weights_manager import _checkpoint
 
     file = _checkpoint("ntfields", made, "1 0 None cpu")
     file.write_bytes(content)

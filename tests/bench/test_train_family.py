@@ -12,11 +12,10 @@ from conftest import Cli
 
 import envs
 from envs.scenes import cluttered
-from planners import learning, training, weight_files
+from planners.learning import trainer, training_loop, weight_files
+from planners.learning.training_loop import Recipe
 from planners.mpnet import planner as mpnet
-from planners.mpnet.demonstrations import DemonstrationPlan
-from planners.mpnet.imitation import Imitation
-from planners.training import Recipe
+from planners.mpnet.imitation import DemonstrationPlan, Imitation
 
 TRAIN = ("train", "--env", "c3d:scene=55,boxes=3", "--planner", "mpnet")
 
@@ -29,8 +28,8 @@ def brief(in_this_process: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     method = replace(mpnet.METHOD, objective=lambda: objective, recipe=Recipe(steps=4))
     monkeypatch.setattr(mpnet, "METHOD", method)
     monkeypatch.setattr(cluttered, "FAMILY", (0, 20_000))
-    monkeypatch.setattr(learning, "_VALIDATION_PROBLEMS", 2)
-    monkeypatch.setattr(training, "_CHECKPOINT_EVERY_S", 0.0)
+    monkeypatch.setattr(trainer, "_VALIDATION_PROBLEMS", 2)
+    monkeypatch.setattr(training_loop, "_CHECKPOINT_EVERY_S", 0.0)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return tmp_path / "cache" / "plannerbench"
 

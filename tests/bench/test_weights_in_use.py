@@ -15,9 +15,9 @@ from conftest import Cli, records_of
 
 import envs
 import planners
-from bench.store import Store
+from bench.storage.store import Store
 from envs import Environment
-from planners import weight_files
+from planners.learning import weight_files
 
 ENV = "c3d:scene=55,boxes=3"
 

@@ -35,7 +35,7 @@ def main(text: str) -> None:
 
     in_bulk(env, "forward kinematics, compiled", chain.forward, MILLION)
     in_bulk(env, "forward kinematics, PyTorch", forward_torch, MILLION)
-    in_bulk(env, "clearances of pairs by spheres", env.rough_clearance, 2 * MILLION)
+    in_bulk(env, "clearances of pairs by spheres", env.approximate_clearance, 2 * MILLION)
     with_bounds, alone = env.collision_model(), CollisionModel(env.robot, env.obstacles)
     q = configurations(env, 5000)
     for name, model in (("with bounds", with_bounds), ("FCL alone", alone)):

@@ -13,8 +13,8 @@ import envs
 import planners
 from planners import Budget, Planner
 from planners.fields.paper import sample_pairs
+from planners.fields.physics import GroupPlan, GroupSampler, Space
 from planners.fields.planner import FieldPlanner
-from planners.fields.sampling import GroupPlan, GroupSampler, Space
 
 PAIRS = 1_000_000
 

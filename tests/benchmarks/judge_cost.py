@@ -12,8 +12,8 @@ import numpy as np
 
 import envs
 import planners
-from bench.judge import Judge
-from bench.metrics import path_length
+from bench.judging.judge import Judge
+from bench.judging.metrics import path_length
 from planners import Budget
 
 

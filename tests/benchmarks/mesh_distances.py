@@ -22,7 +22,7 @@ sys.path[:0] = [str(TESTS), str(TESTS.parent)]
 from exact_arms import coal_mesh  # noqa: E402
 
 from envs.collision.separation import separations, shapes_of  # noqa: E402
-from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere  # noqa: E402
+from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape, Solid, Sphere  # noqa: E402
 
 EGG = trimesh.creation.icosphere(subdivisions=2).apply_scale([0.1, 0.06, 0.13])
 ROD = trimesh.creation.cylinder(0.02, 0.4, sections=48)  # of slivers
@@ -50,7 +50,7 @@ def _mesh(one: trimesh.Trimesh) -> Mesh:
 
 def compare(name: str, mesh: Mesh, solid: Solid, theirs: Any, poses: int) -> None:
     rng = np.random.default_rng(0)
-    shapes = shapes_of([Placed(mesh, np.eye(4)), Placed(solid, np.eye(4))])
+    shapes = shapes_of([PlacedShape(mesh, np.eye(4)), PlacedShape(solid, np.eye(4))])
     surface, still = coal_mesh(mesh.vertices, mesh.faces), np.eye(3, 4)
     bodies = _of_fcl(mesh), _of_fcl(solid)
     ours, by_fcl = [], []

@@ -15,11 +15,11 @@ import pytest
 
 import envs
 import planners
-from bench.metrics import path_length
+from bench.judging.metrics import path_length
 from envs import Environment, Problem
-from planners import Budget, ompl_import
-from planners.ompl_space import box_space, space_information
-from planners.ompl_validity import Validity
+from planners import Budget
+from planners.ompl import parameters
+from planners.ompl.validity import Validity, box_space, space_information
 
 _QUESTIONS = 100_000
 _LIMIT_S = 5.0
@@ -51,7 +51,7 @@ def main(name: str = "c3d", count: str = "30") -> None:
     print(f"OMPL asks Python in {crossing * 1e6:.2f} us")
     print("planner            mean s  questions  in checks  in binding")
     for spec in planners.REGISTRY.specs():
-        if spec.entry_point == "planners.ompl:OmplPlanner":
+        if spec.entry_point == "planners.ompl.planner:OmplPlanner":
             clock = Clock()
             whole = time_of(spec.id, env, problems, stops, clock)
             each = whole / len(problems), clock.calls / len(problems)
@@ -90,7 +90,7 @@ def lengths_to_stop_at(env: Environment, problems: list[Problem]) -> list[float]
 
 def seconds_of_a_question() -> float:
     """From OMPL to a function in Python that does nothing, and back."""
-    base, _, _ = ompl_import.load()
+    base, _, _ = parameters.load()
     in_python = base.StateValidityCheckerFn(lambda state: True)
     si = space_information(box_space(np.zeros(3), np.ones(3)))
     spent = []

@@ -11,8 +11,8 @@ import pytest
 from shipped import set_up
 
 import planners
-from bench.judge import Judge
-from bench.record import Verdict
+from bench.judging.judge import Judge
+from bench.storage.record import Verdict
 from envs import Environment, Problem
 from envs.collision.fcl_model import CollisionModel
 from planners import Budget, Planner, PlannerResult, Status

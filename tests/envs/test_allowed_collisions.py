@@ -13,7 +13,7 @@ from bad_urdfs import LIMIT, collision, joint, link, robot
 import envs
 from envs import InputError
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.shapes import Box, Cylinder, Mesh, Placed
+from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape
 from envs.problem import Array
 from envs.robots.arm import Part
 from envs.scenes.arm_world import ArmWorld
@@ -68,7 +68,7 @@ def test_meshes_and_boxes_of_the_same_shape_are_checked_alike(tmp_path: Path) ->
     valid = [[world.collision_model().is_valid(one) for one in q] for world in worlds]
     assert valid[0] == valid[1]
     assert 0.5 < np.mean(valid[0]) < 0.75
-    rough = [world.rough_clearance(q) for world in worlds]
+    rough = [world.approximate_clearance(q) for world in worlds]
     for found in rough:
         assert (found[np.logical_not(valid[0])] <= 0).all()
     down = np.array([[0.0, -2.5, 0.0], [0.0, 2.5, 0.0]])  # through the base, or over it
@@ -92,7 +92,7 @@ def test_links_that_are_seldom_in_contact_are_checked() -> None:
 
 def test_links_that_almost_always_touch_are_checked() -> None:
     """A finger that is out of a wide ring's board in one position only."""
-    sectors = Part(0, Placed(Box(np.array([0.06, 0, 0]), np.array([0.3, 1, 0.1])), np.eye(4)))
+    sectors = Part(0, PlacedShape(Box(np.array([0.06, 0, 0]), np.array([0.3, 1, 0.1])), np.eye(4)))
     arm = arm_of(
         [turning("z"), turning("z")],
         ball(1, 0.01, 0),
@@ -110,7 +110,7 @@ def test_links_that_almost_always_touch_are_checked() -> None:
 def test_a_link_that_is_always_within_a_mesh_may_be(outer: int) -> None:
     """A shell about a wrist: its surface is never touched."""
     shell = trimesh.creation.icosphere(subdivisions=3, radius=0.5)
-    shape = Placed(Mesh(shell.vertices, shell.faces), np.eye(4))
+    shape = PlacedShape(Mesh(shell.vertices, shell.faces), np.eye(4))
     joints = [turning("y"), turning("y"), turning("y")]
     parts = [Part(0, shape), ball(1, 0.02, 0), ball(2, 0.02, 0), ball(3, 0.05, 0.1)]
     if not outer:
@@ -148,10 +148,10 @@ def wrist(of: str, gap: float) -> ArmWorld:
     solid = Mesh(mesh.vertices, mesh.faces) if of == "mesh" else box
     arm = arm_of(
         [turning("y", at(0, 0, 0.1)), turning("z", at(0, 0, 0.4)), *[turning("z")] * 2],
-        Part(1, Placed(Cylinder(0.03, 0.3), at(0, 0, 0.2))),
-        Part(2, Placed(solid, at(0.012, 0, 0))),
-        Part(3, Placed(Box(np.zeros(3), np.full(3, 0.01)), np.eye(4))),
-        Part(4, Placed(solid, at(-0.012, 0, 0.03 + gap))),
+        Part(1, PlacedShape(Cylinder(0.03, 0.3), at(0, 0, 0.2))),
+        Part(2, PlacedShape(solid, at(0.012, 0, 0))),
+        Part(3, PlacedShape(Box(np.zeros(3), np.full(3, 0.01)), np.eye(4))),
+        Part(4, PlacedShape(solid, at(-0.012, 0, 0.03 + gap))),
         self_collision=True,
     )
     return ArmWorld(arm, [], "test")
@@ -165,7 +165,7 @@ def test_wrists_keep_what_they_can(of: str) -> None:
     problems = world.sample_problems(5, 0)
     ends = np.array([end for p in problems for end in (p.start, p.goal)])
     assert world.clearance(ends) == pytest.approx(0.018, abs=1e-6)
-    assert world.rough_clearance(ends) == pytest.approx(0.018, abs=1e-6)
+    assert world.approximate_clearance(ends) == pytest.approx(0.018, abs=1e-6)
     assert (world.speed_on_grid(ends) > 0.1).all(), "there is something to learn"
     lines = [np.array([p.start, p.goal]) for p in problems]
     assert world.paths_are_free(lines, 2e-3).all()

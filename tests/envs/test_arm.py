@@ -17,8 +17,7 @@ from arms import (
 )
 
 import envs
-from envs.collision.shapes import Box, Cylinder, Placed, Solid, Sphere
-from envs.collision.surface import triangulated
+from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere, triangulated
 from envs.problem import Array
 from envs.robots.arm import Arm, Part, part_bounds
 from envs.robots.chain import Chain, Joint, Link
@@ -36,7 +35,7 @@ def random_arm(rng: np.random.Generator) -> Arm:
         joints.append(Joint(f"j{body}", origin, unit, slides, -limit, limit))
         for _ in range(rng.integers(0, 3)):
             pose = at(*rng.uniform(-0.3, 0.3, 3), *rng.uniform(-3, 3, 3))
-            parts.append(Part(body, Placed(random_solid(rng), pose)))
+            parts.append(Part(body, PlacedShape(random_solid(rng), pose)))
     parts.append(ball(len(joints), 0.05, 0.2))
     return arm_of(joints, *parts)
 
@@ -56,7 +55,7 @@ def greatest_speeds(arm: Arm, a: Array, b: Array, steps: int = 40) -> Array:
     poses = Chain(arm.chain.joints, links).forward(a + t * (b - a))
     found = []
     for number, part in enumerate(parts):
-        points = triangulated(Placed(part.placed.solid, np.eye(4))).vertices
+        points = triangulated(PlacedShape(part.placed.solid, np.eye(4))).vertices
         turn, shift = poses[:, number, :3, :3], poses[:, number, None, :3, 3]
         places = points @ turn.transpose(0, 2, 1) + shift
         found.append(steps * np.linalg.norm(np.diff(places, axis=0), axis=2).max())
@@ -112,7 +111,9 @@ def test_speeds_of_one_joint_are_known() -> None:
 
 
 def test_speeds_of_a_slide_are_known() -> None:
-    arm = arm_of([sliding("x")], ball(1, 0.05, 0.3), Part(1, Placed(Cylinder(0.1, 5.0), np.eye(4))))
+    arm = arm_of(
+        [sliding("x")], ball(1, 0.05, 0.3), Part(1, PlacedShape(Cylinder(0.1, 5.0), np.eye(4)))
+    )
     assert arm.rate_bound == 1
     assert bounds_of(arm, np.array([0.9]), np.array([0.2])) == pytest.approx([0.7, 0.7])
 

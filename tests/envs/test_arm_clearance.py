@@ -16,7 +16,7 @@ from arms import (
 
 import envs
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.shapes import Box, Cylinder, Placed
+from envs.collision.shapes import Box, Cylinder, PlacedShape
 from envs.robots import arm_clearance
 from envs.robots.arm import Part
 from envs.scenes.arm_world import ArmWorld
@@ -31,7 +31,7 @@ def test_fcl_finds_clearances_between_those_of_spheres_about_and_within(
     model = fcl_only(env)
     q = configurations(env, 800, 3)
     exact = np.array([model.clearance(one) for one in q])
-    rough = env.rough_clearance(q)
+    rough = env.approximate_clearance(q)
     above = arm_clearance.clearances(within(env.robot), env.scene, q)
     free = exact > 0
     assert 200 < free.sum() < 700
@@ -63,27 +63,29 @@ def test_a_collision_model_with_bounds_agrees_with_fcl_alone(text: str) -> None:
 def test_clearances_of_many_are_those_of_each() -> None:
     env = envs.make("arm4")
     q = configurations(env, 10_000, 5)  # several blocks
-    whole = env.rough_clearance(q)
+    whole = env.approximate_clearance(q)
     picked = np.random.default_rng(0).choice(len(q), 100)
     for text in ("arm4", "arm4:self_collision=true"):
         each = envs.make(text)
         parts = np.empty(each.robot.moving)
-        found = each.rough_clearance(q[picked])
+        found = each.approximate_clearance(q[picked])
         for one, least in zip(q[picked], found, strict=True):
             view = each.robot.view
             assert arm_clearance.part_clearances(view, each.scene, one, parts) == parts.min()
             assert least == pytest.approx(parts.min(), abs=1e-12)
-    assert env.rough_clearance(q[picked]) == pytest.approx(whole[picked], abs=1e-12)
-    assert env.rough_clearance(q[:0]).shape == (0,)
+    assert env.approximate_clearance(q[picked]) == pytest.approx(whole[picked], abs=1e-12)
+    assert env.approximate_clearance(q[:0]).shape == (0,)
 
 
 def test_a_box_with_a_centre_of_its_own_is_where_it_says() -> None:
     """And so are spheres that cover it; obstacles as well."""
     off = Box(np.array([1.0, 0, 0]), np.full(3, 0.2))
-    obstacle = Placed(Box(np.array([0.0, 0, 0.5]), np.full(3, 0.2)), at(2, 0, -0.5))
-    world = ArmWorld(arm_of([turning("z")], Part(1, Placed(off, np.eye(4)))), [obstacle], "test")
+    obstacle = PlacedShape(Box(np.array([0.0, 0, 0.5]), np.full(3, 0.2)), at(2, 0, -0.5))
+    world = ArmWorld(
+        arm_of([turning("z")], Part(1, PlacedShape(off, np.eye(4)))), [obstacle], "test"
+    )
     q = np.zeros((1, 1))
-    assert 0.6 < world.rough_clearance(q)[0] <= 0.8
+    assert 0.6 < world.approximate_clearance(q)[0] <= 0.8
     assert fcl_only(world).clearance(q[0]) == pytest.approx(0.8, abs=1e-6)
 
 
@@ -91,8 +93,8 @@ def test_clearances_are_never_above_the_truth() -> None:
     """Between a rod and a board, points of which are 0.0839206 apart."""
     rod, board = Cylinder(0.04, 0.26), Box(np.zeros(3), np.array([0.3, 0.6, 0.02]))
     there = at(-0.011, -0.374, -0.046, -0.878, 0.426, -0.672)
-    arm = arm_of([turning("z")], Part(1, Placed(rod, np.eye(4))))
-    model = CollisionModel(arm, [Placed(board, there)])
+    arm = arm_of([turning("z")], Part(1, PlacedShape(rod, np.eye(4))))
+    model = CollisionModel(arm, [PlacedShape(board, there)])
     assert model.clearance(np.zeros(1)) < 0.0839206 + 1e-4
 
 
@@ -101,7 +103,7 @@ def test_paths_that_are_proved_free_are_free(name: str) -> None:
     env = envs.make(name)
     model = fcl_only(env)
     free = configurations(env, 3000, 8)
-    free = free[env.rough_clearance(free) > 0.01][:25]
+    free = free[env.approximate_clearance(free) > 0.01][:25]
     steps = np.random.default_rng(9).normal(0, 0.15, (len(free), 2, env.dimension))
     paths = [np.array([q, *(q + step)]) for q, step in zip(free, steps, strict=True)]
     found = env.paths_are_free(paths, 2e-3)
@@ -115,6 +117,6 @@ def test_paths_that_are_proved_free_are_free(name: str) -> None:
 def test_a_path_of_one_waypoint_may_collide() -> None:
     env = envs.make("arm4")
     q = configurations(env, 100, 10)
-    c = env.rough_clearance(q)
+    c = env.approximate_clearance(q)
     paths = [q[c.argmin()][None], q[c.argmax()][None]]
     assert env.paths_are_free(paths, 1e-3).tolist() == [False, True]

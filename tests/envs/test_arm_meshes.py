@@ -18,7 +18,7 @@ from bad_urdfs import LIMIT, collision, joint, link, robot
 
 import envs
 from envs import Environment
-from envs.collision.containment import Containment
+from envs.collision.mesh import Containment
 from envs.collision.shapes import Box
 
 
@@ -88,7 +88,7 @@ def test_clearances_to_meshes_are_lower_bounds_by_little(tmp_path: Path) -> None
     block = "{mesh: block.stl, position: [0.7, 0, 0], rpy: [0.3, 0.4, 0.5]}"
     world = written(tmp_path, slider(SMALL), block)
     q = np.linspace(0, 0.4, 50)[:, None]
-    exact, rough = world.clearance(q), world.rough_clearance(q)
+    exact, rough = world.clearance(q), world.approximate_clearance(q)
     short = (exact - rough)[exact > 0]
     assert len(short) > 30
     assert (short >= 0).all()
@@ -124,7 +124,7 @@ def test_meshes_are_seen_wherever_an_arm_can_reach(kind: str, tmp_path: Path) ->
     world = written(tmp_path, text, mesh)
     touching = np.array([[2.76]]) if kind == "slide" else np.zeros((1, 2))
     assert not fcl_only(world).is_valid(touching[0])
-    assert world.rough_clearance(touching)[0] <= 0
+    assert world.approximate_clearance(touching)[0] <= 0
     assert not world.collision_model().is_valid(touching[0])
 
 

@@ -16,14 +16,13 @@ from hypothesis import strategies as st
 import envs
 from envs import Environment
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.primitives import nearest, view_of
-from envs.collision.shapes import Box, Cylinder, Placed
-from envs.collision.surface import surface_points
-from envs.robots import connection
+from envs.collision.primitive_sdf import nearest, view_of
+from envs.collision.shapes import Box, Cylinder, PlacedShape, surface_points
+from envs.robots import rrt_connect
 from envs.robots.arm import Arm
 from envs.robots.urdf import read_urdf
 from envs.scenes.arm_world import ArmWorld
-from envs.scenes.tabletop import tabletop
+from envs.scenes.arms import tabletop
 
 ARMS = {"arm4": 4, "arm5": 5, "arm6": 6}
 
@@ -78,7 +77,7 @@ def test_most_straight_lines_are_blocked(env: Environment) -> None:
     model = exact(env)
     free = [model.segment_is_free(p.start, p.goal) for p in problems]
     assert any(free), "some are open"
-    census = env.census(30, 2)
+    census = env.problem_statistics(30, 2)
     assert census["share_of_straight_lines_blocked"] >= 0.6
     assert census["share_of_straight_lines_blocked"] == pytest.approx(1 - np.mean(free), abs=0.15)
     assert census["pairs_dropped_as_unsolved"] >= 0
@@ -105,24 +104,24 @@ def test_ends_are_joined(env: Environment) -> None:
         samples = rng.uniform(env.lower, env.upper, (10_000, env.dimension))
         view, scene = env.robot.view, env.scene
         ends = problem.start, problem.goal
-        assert connection.joined(view, scene, *ends, samples, env.planning_tolerance)
+        assert rrt_connect.is_connected(view, scene, *ends, samples, env.planning_tolerance)
 
 
-def post(x: float, radius: float = 0.05) -> Placed:
+def post(x: float, radius: float = 0.05) -> PlacedShape:
     pose = np.eye(4)
     pose[0, 3] = x
-    return Placed(Cylinder(radius, 1.0), pose)
+    return PlacedShape(Cylinder(radius, 1.0), pose)
 
 
-def test_what_a_wall_parts_is_not_joined(tmp_path: Path) -> None:
+def test_what_a_wall_parts_is_not_connected(tmp_path: Path) -> None:
     """A hand that turns about a post does not get from one side of another post to its other."""
     chain, parts = read_urdf(arm_file(tmp_path, *TURNING_HAND))
     world = ArmWorld(Arm(chain, parts, False), [post(0.5)], "test")
     view, scene = world.robot.view, world.scene
     samples = np.random.default_rng(0).uniform(world.lower, world.upper, (200, 1))
     left, right, behind = np.array([[0.6], [-0.6], [3.0]])
-    assert connection.joined(view, scene, left, behind, samples, world.planning_tolerance)
-    assert not connection.joined(view, scene, left, right, samples, world.planning_tolerance)
+    assert rrt_connect.is_connected(view, scene, left, behind, samples, world.planning_tolerance)
+    assert not rrt_connect.is_connected(view, scene, left, right, samples, world.planning_tolerance)
     model = world.collision_model()
     assert model.segment_is_free(left, behind)
     assert not model.segment_is_free(left, right)
@@ -145,7 +144,7 @@ def test_ways_around_are_found(tmp_path: Path) -> None:
     assert not world.collision_model().segment_is_free(left, right)
     for seed in range(5):
         samples = np.random.default_rng(seed).uniform(world.lower, world.upper, (1000, 2))
-        assert connection.joined(view, scene, left, right, samples, world.planning_tolerance)
+        assert rrt_connect.is_connected(view, scene, left, right, samples, world.planning_tolerance)
 
 
 # The arms and tables that ship
@@ -199,7 +198,7 @@ def test_arms_can_stand_upright_and_reach_things(name: str) -> None:
     for scene in range(3):
         env = envs.make(f"{name}:scene={scene}")
         q = np.random.default_rng(scene).uniform(env.lower, env.upper, (3000, env.dimension))
-        assert 0.2 < (env.rough_clearance(q) > 0).mean() < 0.8
+        assert 0.2 < (env.approximate_clearance(q) > 0).mean() < 0.8
         upright = np.zeros((1, env.dimension))
         if name == "arm6":  # at 0 it is stretched out
             upright[0, [1, 3]] = -math.pi / 2
@@ -218,9 +217,9 @@ def test_worlds_survive_pickling() -> None:
     env = envs.make("arm5")
     assert isinstance(env, ArmWorld)
     q = np.random.default_rng(0).uniform(env.lower, env.upper, (20, 5))
-    expected = env.rough_clearance(q), env.clearance(q)
+    expected = env.approximate_clearance(q), env.clearance(q)
     again = pickle.loads(pickle.dumps(envs.make("arm5")))
-    assert (again.rough_clearance(q) == expected[0]).all()
+    assert (again.approximate_clearance(q) == expected[0]).all()
     assert (again.clearance(q) == expected[1]).all()
     assert again.fingerprint == env.fingerprint
 

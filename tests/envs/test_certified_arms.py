@@ -20,7 +20,7 @@ from envs import Environment
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 from envs.robots import arm_clearance
-from envs.robots.arm import Arm, ArmView
+from envs.robots.arm import Arm, RobotArrays
 from envs.scenes.arm_world import ArmWorld
 
 SAMPLES = 1000
@@ -33,7 +33,7 @@ def segments(env: Environment, n: int, seed: int, share_near: float = 0.2) -> Ar
     rng = np.random.default_rng(seed)
     count = int(share_near * n)
     near = rng.uniform(env.lower, env.upper, (25 * count, env.dimension))
-    clearance = env.rough_clearance(near)
+    clearance = env.approximate_clearance(near)
     near = near[(clearance > 0) & (clearance < 0.03)][:count]
     assert len(near) == count
     a = np.concatenate([near, rng.uniform(env.lower, env.upper, (n - count, env.dimension))])
@@ -94,7 +94,7 @@ class Slowed(Arm):
         return super().motion_bound(a, b) / 2
 
     @cached_property
-    def view(self) -> ArmView:
+    def view(self) -> RobotArrays:
         whole = super().view
         return whole._replace(reach=whole.reach / 2)
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 import envs
 from envs import Environment
-from envs.collision.distance import signed_distance_to_boxes
+from envs.collision.distance_fields import signed_distance_to_boxes
 from envs.collision.shapes import Box, Sphere
-from envs.speed import SpeedModel
+from envs.environment import SpeedModel
 
 UNIT = Box([0, 0, 0], [2, 2, 2])
 

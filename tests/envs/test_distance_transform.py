@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from envs.collision.distance_transform import distance_transform
+from envs.collision.distance_fields import distance_transform
 from envs.collision.mesh import MeshQueries
 from envs.collision.shapes import Mesh
 

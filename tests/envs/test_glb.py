@@ -15,8 +15,8 @@ import pytest
 import trimesh
 
 from envs import InputError
-from envs.scenes.mesh_file import FileMesh, read_mesh
-from envs.scenes.mesh_formats.glb import read as read_glb
+from envs.files.mesh_file import FileMesh, read_mesh
+from envs.files.mesh_formats.glb import read as read_glb
 
 
 def read(tmp_path: Path, name: str, content: bytes) -> FileMesh:
@@ -195,7 +195,7 @@ def test_many_instances_are_refused_before_they_are_made(tmp_path: Path) -> None
     file.write_bytes(glb({"nodes": nodes, "scenes": scene, "meshes": meshes}, corners))
     assert file.stat().st_size < 1.2e6
     code = (
-        "import resource, sys\nfrom envs.scenes.mesh_file import read_mesh\n"
+        "import resource, sys\nfrom envs.files.mesh_file import read_mesh\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "try:\n    read_mesh(sys.argv[1])\nexcept Exception as error:\n    print(error)\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)\n"

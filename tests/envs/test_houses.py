@@ -10,7 +10,7 @@ from envs import Environment
 from envs.problem import Array
 from envs.scenes.floor_plan import Plan, make_plan
 from envs.scenes.furniture import ROOMS
-from envs.scenes.generated_house import GeneratedHouse
+from envs.scenes.gibson import GeneratedHouse
 from envs.scenes.scan import scanned
 
 SCENES = (0, 1)
@@ -109,7 +109,7 @@ def test_houses_differ_by_scene_and_have_their_own_name() -> None:
 
 def test_rough_clearances_are_near_the_exact_ones(house: GeneratedHouse) -> None:
     q = np.random.default_rng(0).uniform(*house.free_bounds, (5000, 3))
-    error = np.abs(house.rough_clearance(q) - house.clearance(q))
+    error = np.abs(house.approximate_clearance(q) - house.clearance(q))
     assert error.max() <= 0.08 * house.speed_model.d_max
     assert np.median(error) < 0.01
 

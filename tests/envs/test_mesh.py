@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from envs.collision.mesh import MeshQueries, lids
+from envs.collision.mesh import MeshQueries, cap_holes
 from envs.collision.shapes import Mesh
 
 
@@ -70,7 +70,7 @@ def test_queries_survive_pickling() -> None:
 
 def test_a_closed_mesh_needs_no_lid() -> None:
     mesh = made(BOX)
-    assert lids(mesh) is None
+    assert cap_holes(mesh) is None
 
 
 @pytest.mark.parametrize("inward", [False, True])
@@ -78,7 +78,7 @@ def test_a_lid_closes_a_box_without_a_top(inward: bool) -> None:
     open_box = without(BOX, axis=2, beyond=2.9)
     if inward:
         open_box = Mesh(open_box.vertices, open_box.faces[:, ::-1])
-    lid = lids(open_box)
+    lid = cap_holes(open_box)
     assert lid is not None
     assert lid.vertices[:, 2].min() > 1.5, "it is at the top, if a little hollow"
     assert np.abs(lid.vertices[:, :2]).max(axis=0) == pytest.approx([1, 2], abs=0.06)
@@ -101,7 +101,7 @@ def test_two_holes_have_two_lids() -> None:
     keep = BOX.triangles_center[:, 2] > -2.9
     keep &= BOX.triangles_center[:, 2] < 2.9
     both = Mesh(BOX.vertices, BOX.faces[keep])
-    lid = lids(both)
+    lid = cap_holes(both)
     assert lid is not None
     pieces = trimesh.Trimesh(lid.vertices, lid.faces).split(only_watertight=False)
     assert len(pieces) == 2

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from envs import InputError
+from envs.files.mesh_file import FileMesh, read_mesh
+from envs.files.mesh_formats.polygons import Polygons, strips_to_triangles
 from envs.problem import Array
-from envs.scenes.mesh_file import FileMesh, read_mesh
-from envs.scenes.mesh_formats.polygons import Polygons, strips_to_triangles
 
 PRISM = [(0, 0), (4, 0), (4, 4), (3, 4), (3, 1), (1, 1), (1, 4), (0, 4)]
 """A U, whose fans from any corner leave it."""

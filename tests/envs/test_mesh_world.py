@@ -16,8 +16,8 @@ from conftest import has_data
 
 import envs
 from envs import InputError
-from envs.scenes import mesh_file
-from envs.scenes.mesh_file import read_mesh
+from envs.files import mesh_file
+from envs.files.mesh_file import read_mesh
 from envs.scenes.mesh_world import MeshWorld
 
 ROOM = (8.0, 6.0, 3.0)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from envs import Environment
-from envs.collision.distance import signed_distance_to_boxes
-from envs.collision.paths import paths_are_free
+from envs.collision.continuous import paths_are_free
+from envs.collision.distance_fields import signed_distance_to_boxes
 from envs.collision.shapes import Box
 from envs.problem import Array
 

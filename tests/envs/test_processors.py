@@ -96,7 +96,7 @@ def test_quotas_of_control_groups(
 
 _COUNT_OF_PROCESSES = """
 import os
-from planners.parallel import in_parallel
+from planners.learning.resumable_map import in_parallel
 
 def make():
     return lambda item: os.getpid()
@@ -132,7 +132,7 @@ def test_jobs_are_bounded_by_the_cores_for_this_process(tmp_path: Path) -> None:
         [
             *(sys.executable, "-c"),
             f"import os, sys; os.sched_setaffinity(0, {{{one}}}); sys.path[:] = {sys.path};"
-            "from bench.cli import main; sys.exit(main(sys.argv[1:]))",
+            "from bench.cli.app import main; sys.exit(main(sys.argv[1:]))",
             *("run", "--env", "c3d", "--planners", "rrtconnect", "--jobs", "2"),
             *("--out", str(tmp_path / "out")),
         ],

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import envs
 import planners
 from envs import InputError, Registry, Spec
-from envs.arguments import split_entries, typed_arguments
+from envs.registry.arguments import split_entries, typed_arguments
 
 
 class Thing:
@@ -228,7 +228,7 @@ def test_plugins_are_read_and_broken_ones_are_named_and_skipped(
 ) -> None:
     module = test_plugins_are_read_and_broken_ones_are_named_and_skipped.__module__
     monkeypatch.setattr(
-        "envs.plugins.entry_points",
+        "envs.registry.plugins.entry_points",
         lambda group: [
             EntryPoint("good", f"{module}:PLUGIN", group),
             EntryPoint("bad", "no.such.plugin:SPEC", group),

@@ -18,7 +18,7 @@ from arms import (
 import envs
 from envs import Environment
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.shapes import Cylinder, Placed, Sphere
+from envs.collision.shapes import Cylinder, PlacedShape, Sphere
 from envs.robots.arm import Arm, Part
 from envs.scenes.arm_world import ArmWorld
 
@@ -28,14 +28,14 @@ def gripper(self_collision: bool) -> Environment:
     folded back by pi, the ball is in the base."""
     arm = arm_of(
         [turning("y", at(0, 0, 0.2)), turning("y", at(0, 0, 0.4))],
-        Part(1, Placed(Cylinder(0.03, 0.3), at(0, 0, 0.25))),
+        Part(1, PlacedShape(Cylinder(0.03, 0.3), at(0, 0, 0.25))),
         ball(1, 0.06, 0, 0, 0.4),
         ball(2, 0.06, 0, 0, 0.02),  # touches the upper arm at all times
         ball(2, 0.05, 0, 0, 0.5),
         ball(0, 0.1, 0, 0, 0),
         self_collision=self_collision,
     )
-    return ArmWorld(arm, [Placed(Sphere(0.1), at(5, 0, 0))], "test")
+    return ArmWorld(arm, [PlacedShape(Sphere(0.1), at(5, 0, 0))], "test")
 
 
 STRAIGHT, FOLDED = np.array([0.0, 0.0]), np.array([0.0, math.pi])
@@ -50,7 +50,7 @@ def test_a_folded_arm_hits_itself() -> None:
         assert not model.segment_is_free(STRAIGHT, FOLDED)
         assert model.segment_is_free(STRAIGHT, FOLDED / 2)
     assert world.clearance(FOLDED[None])[0] < 0
-    assert world.rough_clearance(FOLDED[None])[0] < 0
+    assert world.approximate_clearance(FOLDED[None])[0] < 0
     paths = [np.array([STRAIGHT, FOLDED]), np.array([STRAIGHT, FOLDED / 2])]
     assert world.paths_are_free(paths, 1e-3).tolist() == [False, True]
 
@@ -61,7 +61,7 @@ def test_without_self_collision_a_folded_arm_does_not() -> None:
     model = world.collision_model()
     assert model.is_valid(FOLDED)
     assert model.segment_is_free(STRAIGHT, FOLDED)
-    assert world.rough_clearance(FOLDED[None])[0] > 4
+    assert world.approximate_clearance(FOLDED[None])[0] > 4
     assert len(world.robot.parts) == world.robot.moving == 4, "the base meets nothing"
 
 
@@ -76,7 +76,7 @@ def test_clearances_between_links_are_known() -> None:
         assert expected < 0.46
         found = model.clearance(np.array([0, bend]))
         assert found == pytest.approx(expected, abs=1e-9) if bend < 3 else found <= 0
-        rough = world.rough_clearance(np.array([[0, bend]]))[0]
+        rough = world.approximate_clearance(np.array([[0, bend]]))[0]
         assert rough == pytest.approx(max(expected, 0), abs=1e-8), "between links it is exact"
         assert (rough < 0) == (expected < 0)
 
@@ -102,7 +102,7 @@ def folding(base: Part) -> Arm:
     return arm_of(
         [turning("z", at(0, 0, 0.05)), turning("y", at(0, 0, 0.1))],
         ball(1, 0.02, 0, 0, 0.05),
-        Part(2, Placed(Cylinder(0.02, 0.2), at(0, 0, 0.15))),
+        Part(2, PlacedShape(Cylinder(0.02, 0.2), at(0, 0, 0.15))),
         base,
         self_collision=True,
     )
@@ -117,7 +117,7 @@ def test_links_that_always_touch_do_not_count() -> None:
 
 def test_links_that_touch_at_times_count() -> None:
     """A wide and flat base."""
-    arm = folding(Part(0, Placed(Cylinder(0.3, 0.02), np.eye(4))))
+    arm = folding(Part(0, PlacedShape(Cylinder(0.3, 0.02), np.eye(4))))
     model = CollisionModel(arm, [])
     assert model.is_valid(np.zeros(2))
     assert not model.is_valid(np.array([0, math.pi]))

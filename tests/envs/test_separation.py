@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from envs.collision import mesh, mesh_tree
 from envs.collision.fcl_model import CollisionModel
 from envs.collision.separation import least_separation, separations, shapes_of
-from envs.collision.shapes import Box, Cylinder, Mesh, Placed, Solid, Sphere
+from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape, Solid, Sphere
 from envs.problem import Array
 from envs.robots.point import PointRobot
 
@@ -51,7 +51,7 @@ def test_distances_from_meshes_are_never_above_the_truth_and_hardly_below(
 ) -> None:
     """Far apart and, half of them, by a micrometre to a centimetre."""
     (solid, a), (other_solid, b) = SOLIDS[one], SOLIDS[other]
-    shapes = shapes_of([Placed(solid, np.eye(4)), Placed(other_solid, np.eye(4))])
+    shapes = shapes_of([PlacedShape(solid, np.eye(4)), PlacedShape(other_solid, np.eye(4))])
     rng = np.random.default_rng(0)
     touching = 0
     for turn in Rotation.random(250, rng=rng).as_matrix():
@@ -79,11 +79,13 @@ def test_shapes_placed_elsewhere_are_where_they_are_placed() -> None:
     turned = np.eye(4)
     turned[:3, :3] = Rotation.from_euler("z", np.pi / 2).as_matrix()
     turned[:3, 3] = 1, 0, 0
-    shapes = shapes_of([Placed(egg, turned), Placed(box, np.eye(4)), Placed(box, turned)])
+    shapes = shapes_of(
+        [PlacedShape(egg, turned), PlacedShape(box, np.eye(4)), PlacedShape(box, turned)]
+    )
     apart = [separations(shapes, 0, j, np.array([[STILL, STILL]]), np.inf)[0] for j in (1, 2)]
     assert apart[0] == pytest.approx(1 - EGG.bounds[1, 1] - 0.6, abs=1e-4)
     assert apart[1] == pytest.approx(0.4 - EGG.bounds[1, 0], abs=1e-4)
-    ball = shapes_of([Placed(Sphere(0.1), np.eye(4))])
+    ball = shapes_of([PlacedShape(Sphere(0.1), np.eye(4))])
     least = least_separation(ball, 0, np.eye(3), np.array([0.2, 0, 0]), shapes, np.inf)
     assert least == pytest.approx(0.1)
     least = least_separation(ball, 0, np.eye(3), np.array([0.2, 0, 0]), shapes, 0.05)
@@ -96,9 +98,9 @@ def test_flat_triangles_and_single_ones_have_distances() -> None:
     for faces, expected in (([[0, 1, 2]], 0.5), ([[3, 3, 3]], 9.5**0.5), ([[0, 1, 4]], 0.5)):
         shapes = shapes_of(
             [
-                Placed(Mesh(points, np.array(faces)), np.eye(4)),
-                Placed(Mesh(points - [0, 0, 0.5], np.array([[2, 2, 2]])), np.eye(4)),
-                Placed(Sphere(0.0), np.eye(4)),
+                PlacedShape(Mesh(points, np.array(faces)), np.eye(4)),
+                PlacedShape(Mesh(points - [0, 0, 0.5], np.array([[2, 2, 2]])), np.eye(4)),
+                PlacedShape(Sphere(0.0), np.eye(4)),
             ]
         )
         at = np.column_stack([np.eye(3), [0.5, 0, -0.5]])
@@ -111,7 +113,7 @@ def test_many_equal_triangles_make_a_tree() -> None:
     """With nothing to tell them apart by."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
     pile = Mesh(np.tile(corners, (1000, 1)), np.arange(3000).reshape(-1, 3))
-    shapes = shapes_of([Placed(pile, np.eye(4)), Placed(Sphere(0.1), np.eye(4))])
+    shapes = shapes_of([PlacedShape(pile, np.eye(4)), PlacedShape(Sphere(0.1), np.eye(4))])
     at = np.column_stack([np.eye(3), [0.2, 0.2, 2]])
     assert separations(shapes, 0, 1, np.array([[STILL, at]]), np.inf)[0] == pytest.approx(
         1.9, abs=1e-6
@@ -136,7 +138,7 @@ def test_any_number_of_meshes_is_prepared_once_and_let_go_with_them(
     for _ in range(3):
         for one in (*meshes, equal):
             mesh.queries(one).is_inside(np.zeros((1, 3)))
-            shapes_of([Placed(one, np.eye(4))])
+            shapes_of([PlacedShape(one, np.eye(4))])
     assert len(made) == 20
     assert len(mesh_tree._known) == known[1] + 20
     del meshes, one, equal
@@ -148,6 +150,6 @@ def test_any_number_of_meshes_is_prepared_once_and_let_go_with_them(
 def test_valid_means_apart_by_our_own_distance_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     """FCL's word alone is not enough."""
     monkeypatch.setattr(CollisionModel, "_touches", lambda self, manager, body: False)
-    model = CollisionModel(PointRobot(0.1), [as_mesh(EGG), Placed(Sphere(0.1), np.eye(4))])
+    model = CollisionModel(PointRobot(0.1), [as_mesh(EGG), PlacedShape(Sphere(0.1), np.eye(4))])
     assert not model.is_valid(np.zeros(3))
     assert model.is_valid(np.ones(3))

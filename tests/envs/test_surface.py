@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from envs import Environment
-from envs.collision.distance import signed_distance_to_boxes
-from envs.collision.shapes import Box
-from envs.collision.surface import surface_points
+from envs.collision.distance_fields import signed_distance_to_boxes
+from envs.collision.shapes import Box, surface_points
 
 
 def test_points_lie_on_surfaces_in_proportion_to_their_area() -> None:

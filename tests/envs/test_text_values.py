@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from envs import InputError, Registry, Spec
 from envs.registry import Entry
-from envs.text_values import quoted, split, unquoted
+from envs.registry.text_values import quoted, split, unquoted
 
 if TYPE_CHECKING:
     from nowhere import Nothing  # type: ignore[import-not-found]

@@ -11,8 +11,8 @@ from bad_urdfs import collision, joint, link, robot
 
 import envs
 import planners
-from bench.judge import Judge
-from bench.record import Verdict
+from bench.judging.judge import Judge
+from bench.storage.record import Verdict
 from envs import Environment, Problem
 from planners import Budget
 

@@ -11,7 +11,7 @@ import pytest
 from bad_urdfs import BALL, LIMIT, collision, joint, link, robot, with_shape
 
 from envs import InputError
-from envs.notices import tell_once
+from envs.errors import tell_once
 from envs.robots.chain import Chain
 from envs.robots.urdf import read_urdf
 

@@ -12,8 +12,8 @@ from bad_urdfs import LIMIT, joint, link, robot
 
 import envs
 from envs import InputError
-from envs.collision.shapes import Placed, Sphere
-from envs.robots import connection
+from envs.collision.shapes import PlacedShape, Sphere
+from envs.robots import rrt_connect
 from envs.robots.arm import Arm
 from envs.robots.urdf import read_urdf
 from envs.scenes.arm_world import ArmWorld
@@ -25,7 +25,7 @@ def test_a_users_arm_among_a_users_solids(tmp_path: Path) -> None:
     env = envs.make(f"arm:urdf={file},scene={tmp_path / 'scene.yaml'}")
     assert [*env.lower, *env.upper] == [-math.pi, math.pi]
     (obstacle,) = env.obstacles
-    assert isinstance(obstacle, Placed)
+    assert isinstance(obstacle, PlacedShape)
     assert obstacle.solid == Sphere(0.1)
     found = env.clearance(np.array([[0.0], [math.pi / 2], [math.pi]]))
     assert found == pytest.approx([0, 0.5 * 2**0.5 - 0.15, 0.85], abs=1e-6)
@@ -39,7 +39,7 @@ def test_with_nothing_about_all_is_free(tmp_path: Path) -> None:
     env = envs.make(f"arm:urdf={arm_file(tmp_path, *TURNING_HAND)}")
     q = np.array([[0.0], [1.0]])
     assert np.isposinf(env.clearance(q)).all()
-    assert np.isposinf(env.rough_clearance(q)).all()
+    assert np.isposinf(env.approximate_clearance(q)).all()
     assert env.speed(q).tolist() == [1, 1]
     model = env.collision_model()
     assert model.segment_is_free(env.lower, env.upper)
@@ -49,7 +49,7 @@ def test_with_nothing_about_all_is_free(tmp_path: Path) -> None:
 def test_with_nothing_about_there_are_problems(tmp_path: Path) -> None:
     env = envs.make(f"arm:urdf={arm_file(tmp_path, *TURNING_HAND)}")
     assert len(env.sample_problems(7, 0)) == 7
-    assert env.census(7, 0)["share_of_straight_lines_blocked"] == 0
+    assert env.problem_statistics(7, 0)["share_of_straight_lines_blocked"] == 0
 
 
 def test_too_little_room_is_one_clear_line(tmp_path: Path) -> None:
@@ -65,7 +65,7 @@ def test_ends_that_cannot_be_joined_are_one_clear_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two posts part the one way there is, and in neither half are ends far enough apart."""
-    monkeypatch.setattr(connection, "ITERATIONS", 20)
+    monkeypatch.setattr(rrt_connect, "ITERATIONS", 20)
     entries = [f"{{sphere: 0.1, position: [{x}, {y}, 0]}}" for x, y in ((0.5, 0), (-0.5, 0))]
     (tmp_path / "scene.yaml").write_text(f"obstacles: [{', '.join(entries)}]")
     file = arm_file(tmp_path, *TURNING_HAND)
@@ -83,7 +83,7 @@ def test_a_table_with_no_blocked_line_has_too_few_problems(tmp_path: Path) -> No
     chain, parts = read_urdf(arm_file(tmp_path, *TURNING_HAND))
     far = np.eye(4)
     far[0, 3] = 9
-    world = Demanding(Arm(chain, parts, False), [Placed(Sphere(0.1), far)], "test")
+    world = Demanding(Arm(chain, parts, False), [PlacedShape(Sphere(0.1), far)], "test")
     with pytest.raises(InputError, match="found only 2 of 3 problems") as caught:
         world.sample_problems(3, 0)
     assert "straight lines" in str(caught.value)

@@ -11,7 +11,7 @@ from bad_urdfs import LIMIT, collision, joint, link, robot
 from fuzzing import fuzzed
 from mutations import contents
 
-from envs.collision.shapes import Placed
+from envs.collision.shapes import PlacedShape
 from envs.robots.arm import Part
 from envs.robots.chain import Chain
 from envs.robots.urdf import read_urdf
@@ -69,7 +69,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def assert_finite(placed: Placed) -> None:
+def assert_finite(placed: PlacedShape) -> None:
     turn = placed.pose[:3, :3]
     assert np.isfinite(placed.pose).all()
     assert turn @ turn.T == pytest.approx(np.eye(3), abs=1e-9)
@@ -100,11 +100,11 @@ def test_urdfs(folder: Path) -> None:
 def test_scenes(folder: Path) -> None:
     file = folder / "scene.yaml"
 
-    def parse(content: bytes) -> list[Placed]:
+    def parse(content: bytes) -> list[PlacedShape]:
         file.write_bytes(content)
         return read_scene(file)
 
-    def check(scene: list[Placed]) -> None:
+    def check(scene: list[PlacedShape]) -> None:
         assert scene
         for placed in scene:
             assert_finite(placed)

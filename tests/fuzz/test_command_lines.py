@@ -18,9 +18,10 @@ from mutations import mutated, texts
 
 import envs
 import planners
-from bench import cli, commands, gate
-from bench.report import files
-from bench.suite import StopRule, Suite, make_suite
+from bench.analysis import regression
+from bench.cli import app, commands
+from bench.execution.config import RunConfig, StopRule, make_run_config
+from bench.report import writers
 from envs import InputError
 
 LINES = (
@@ -60,10 +61,10 @@ def read_only(chosen: argparse.Namespace) -> int:
     if given.get("stop") not in (None, "paper"):
         StopRule.parse(given["stop"])
     if "format" in given:
-        files.chosen_formats(given["format"])
+        writers.chosen_formats(given["format"])
     if "alpha" in given:
         wanted = {name: given[name] for name in ("alpha", "ratios", "reference", "tolerance")}
-        gate.Wanted.parse(**wanted, update=given["update"])
+        regression.CheckOptions.parse(**wanted, update=given["update"])
     return commands.DONE
 
 
@@ -78,11 +79,11 @@ def test_command_lines(monkeypatch: pytest.MonkeyPatch) -> None:
         out, err = io.StringIO(), io.StringIO()
         with redirect_stdout(out), redirect_stderr(err):
             try:
-                code = cli.main(line.split(" "))
+                code = app.main(line.split(" "))
             except SystemExit as ended:  # --help and --version
                 assert out.getvalue()
                 code = ended.code
-        if code == cli.BAD_INPUT:
+        if code == app.BAD_INPUT:
             assert out.getvalue() == ""
             [said] = err.getvalue().splitlines()
             assert said.startswith("bench: error: ")
@@ -119,20 +120,22 @@ def test_suites() -> None:
         st.sampled_from(("cpu", "cpu", "cpu", "gpu", "cuda:-1", "meta", "")),
     )
 
-    def parse(values: tuple[Any, ...]) -> Suite:
+    def parse(values: tuple[Any, ...]) -> RunConfig:
         names = ("env", "planner", "problems", "seed", "time_limit_s", "stop")
         more = ("jobs", "memory_limit_mb", "device")
-        return make_suite(**dict(zip((*names, *more), values, strict=True)))
+        return make_run_config(**dict(zip((*names, *more), values, strict=True)))
 
-    def check(suite: Suite) -> None:
-        assert 0 < suite.time_limit_s < math.inf
-        assert len(suite.settings_digest) == 12
-        assert StopRule.parse(suite.stop.text) == suite.stop
-        assert suite.planners
-        assert all(len(arena.problems) == suite.problems > 0 for arena in suite.arenas)
-        ids = [entry["id"] for entry in suite.selection()["envs"]]
+    def check(config: RunConfig) -> None:
+        assert 0 < config.time_limit_s < math.inf
+        assert len(config.settings_digest) == 12
+        assert StopRule.parse(config.stop.text) == config.stop
+        assert config.planners
+        assert all(
+            len(problem_set.problems) == config.problems > 0 for problem_set in config.problem_sets
+        )
+        ids = [entry["id"] for entry in config.selection()["envs"]]
         assert [entry.id for entry in envs.REGISTRY.entries(",".join(ids))] == ids
-        assert [planners.REGISTRY.entry(entry.id).id for entry in suite.planners]
+        assert [planners.REGISTRY.entry(entry.id).id for entry in config.planners]
 
     fuzzed("suites", [asked], parse, check)
 
@@ -146,14 +149,14 @@ def test_checks() -> None:
         st.booleans(),
     )
 
-    def parse(values: tuple[Any, ...]) -> gate.Wanted:
+    def parse(values: tuple[Any, ...]) -> regression.CheckOptions:
         names = ("alpha", "ratios", "reference", "tolerance", "update")
-        return gate.Wanted.parse(**dict(zip(names, values, strict=True)))
+        return regression.CheckOptions.parse(**dict(zip(names, values, strict=True)))
 
-    def check(wanted: gate.Wanted) -> None:
+    def check(wanted: regression.CheckOptions) -> None:
         assert 0 < wanted.alpha < 1
         assert 0 <= wanted.tolerance < math.inf
-        assert set(wanted.measures) <= set(gate.MEASURES)
+        assert set(wanted.measures) <= set(regression.MEASURES)
 
     fuzzed("checks", [asked], parse, check)
 

@@ -14,11 +14,11 @@ import pytest
 from fuzzing import fuzzed
 from mutations import contents
 
-from bench.gate import Baseline, read, write
-from bench.paper import program
+from bench.analysis.regression import Baseline, read, write
+from bench.paper import runner
 from bench.paper.experiment import Experiment
-from planners import weight_files
-from planners.weight_files import Manifest
+from planners.learning import weight_files
+from planners.learning.weight_files import Manifest
 
 T = TypeVar("T")
 
@@ -46,7 +46,7 @@ MANIFEST = Manifest(
 )
 
 EXPERIMENTS = tuple(
-    file.read_text(encoding="utf-8") for file in sorted(program.data_folder().glob("*.toml"))
+    file.read_text(encoding="utf-8") for file in sorted(runner.data_folder().glob("*.toml"))
 )
 
 
@@ -115,5 +115,5 @@ def test_experiments(folder: Path) -> None:
         assert experiment.heading
         assert math.isfinite(getattr(experiment, "time_limit_s", 0.0))
 
-    parse = reader(folder / "one.toml", lambda file: program.experiments(file.parent))
+    parse = reader(folder / "one.toml", lambda file: runner.experiments(file.parent))
     fuzzed("experiments", contents(EXPERIMENTS), parse, check)

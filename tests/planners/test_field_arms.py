@@ -12,13 +12,13 @@ import envs
 import planners
 from envs.scenes.arm_world import ArmWorld
 from planners.fields import methods
-from planners.fields.arm_inputs import ArmInputs, arm_clearance_at, arm_outward, size_of_inputs
-from planners.fields.compiled import CompiledField
-from planners.fields.execution import Descent, gradients
 from planners.fields.networks import TimeField
 from planners.fields.objectives import LargestSubsolution
+from planners.fields.path_extraction import Descent, gradients
 from planners.fields.planner import ATTEMPTS_FOR_ARMS, FieldPlanner
-from planners.training import Recipe, Steps, TrainingState, train
+from planners.fields.robot_features import ArmInputs, arm_clearance_at, arm_outward, size_of_inputs
+from planners.fields.single_query import CompiledField
+from planners.learning.training_loop import Recipe, Steps, TrainingState, train
 
 
 @pytest.fixture(scope="module", params=["arm4", "arm6"])
@@ -68,7 +68,7 @@ def test_inputs_know_sines_places_and_clearances(world: ArmWorld) -> None:
         world.robot.chain.forward(q)[:, link, :3, 3], abs=1e-9
     )
     nearness = first[:, 5 * d + 2 :: 3]  # of each body: 1 less its clearance, between 0 and 1.5
-    clearance = world.rough_clearance(q) / world.speed_model.d_max
+    clearance = world.approximate_clearance(q) / world.speed_model.d_max
     assert nearness.max(axis=1) == pytest.approx(np.clip(1 - clearance, 0, 1.5))
 
 

@@ -6,9 +6,9 @@ import pytest
 import torch
 from torch import Tensor, nn
 
-from planners.fields.execution import Descent, descend
+from planners.fields.layers import FieldShape
 from planners.fields.networks import TimeField
-from planners.fields.shape import FieldShape
+from planners.fields.path_extraction import Descent, descend
 
 LOWER, UPPER = torch.full((3,), -0.5), torch.full((3,), 0.5)
 

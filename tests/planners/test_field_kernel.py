@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from planners.fields.compiled import CompiledField
-from planners.fields.execution import Descent, descend
+from planners.fields.layers import FieldShape
 from planners.fields.networks import TimeField
-from planners.fields.shape import FieldShape
+from planners.fields.path_extraction import Descent, descend
+from planners.fields.single_query import CompiledField
 
 DESCENTS = [Descent(), Descent(step=0.01), Descent(moves=(True, False)), Descent(most_steps=3)]
 

@@ -8,8 +8,8 @@ import pytest
 import torch
 from torch import Tensor
 
+from planners.fields.layers import FieldShape
 from planners.fields.networks import TimeField
-from planners.fields.shape import FieldShape
 
 
 @pytest.fixture(params=[2, 3, 6], ids=lambda d: f"{d}-D")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 import torch
 
-from planners.fields.activations import elu, sine, squareplus
-from planners.fields.operators import OPERATORS, Operator
+from planners.fields.layers import OPERATORS, Operator, elu, sine, squareplus
 
 
 @pytest.fixture(params=sorted(OPERATORS))

@@ -12,7 +12,7 @@ import torch
 from envs import Environment
 from planners.fields.methods import METHODS, occupancy_of
 from planners.fields.paper import PaperField, PublishedPhysics, sample_pairs
-from planners.training import Steps, TrainingState, train
+from planners.learning.training_loop import Steps, TrainingState, train
 
 
 @pytest.fixture(scope="module")

@@ -12,19 +12,20 @@ import torch
 
 import envs
 import planners
-from bench.judge import Judge
-from bench.record import Verdict
+from bench.judging.judge import Judge
+from bench.storage.record import Verdict
 from envs import Environment, InputError, Problem
 from envs.seeding import derived_seed, stream
-from planners import Budget, Status, weight_files
+from planners import Budget, Status
+from planners.base import TimeFieldPlanner
 from planners.fields import planner as module
-from planners.fields.execution import Descent
 from planners.fields.methods import METHODS
+from planners.fields.path_extraction import Descent
+from planners.fields.physics import GroupPlan, GroupSampler, Space
 from planners.fields.planner import ATTEMPTS, FieldPlanner
-from planners.fields.sampling import GroupPlan, GroupSampler, Space
-from planners.learned import LearnedPlanner
-from planners.learning import described
-from planners.time_field import TimeFieldPlanner
+from planners.learning import weight_files
+from planners.learning.learned_planner import LearnedPlanner
+from planners.learning.trainer import described
 
 
 @pytest.fixture(scope="module", params=["ntfields", "ief3d"])

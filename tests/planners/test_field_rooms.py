@@ -12,20 +12,19 @@ import pytest
 import torch
 
 from envs.collision.shapes import Box
+from envs.environment import SpeedModel
 from envs.scenes.boxes import BoxWorld
-from envs.speed import SpeedModel
 from planners.fields import planner as planner_module
-from planners.fields.compiled import CompiledField
-from planners.fields.execution import Descent, gradients
-from planners.fields.modes import modes_of
+from planners.fields.clearance_field import Surroundings, surroundings_of
+from planners.fields.indoor_features import CLEARANCES, RoomInputs
+from planners.fields.laplacian_eigenmaps import modes_of
+from planners.fields.layers import FieldShape
 from planners.fields.networks import TimeField
-from planners.fields.physics import steepness_along
-from planners.fields.rooms import CLEARANCES, RoomInputs
-from planners.fields.sampling import Space
-from planners.fields.segments import LargestSubsolutionInRooms
-from planners.fields.shape import FieldShape
-from planners.fields.surroundings import Surroundings, surroundings_of
-from planners.learning import Method
+from planners.fields.objectives import LargestSubsolutionInRooms
+from planners.fields.path_extraction import Descent, gradients
+from planners.fields.physics import Space, steepness_along
+from planners.fields.single_query import CompiledField
+from planners.learning.trainer import Method
 
 MODES = 6
 
@@ -45,7 +44,7 @@ class TwoRooms(BoxWorld):
         self.speed_model = SpeedModel(d_min=0.4, d_max=4.0, contact=0.02)
 
     @property
-    def enclosed(self) -> bool:
+    def is_interior(self) -> bool:
         return True
 
     def definition(self) -> dict[str, object]:

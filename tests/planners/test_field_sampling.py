@@ -6,21 +6,15 @@ import numpy as np
 import pytest
 
 from envs import Environment
-from planners.fields.sampling import (
-    GroupPlan,
-    GroupSampler,
-    NearSurfaces,
-    PointSampler,
-    Space,
-)
-from planners.scale import Scale
+from planners.fields.physics import GroupPlan, GroupSampler, NearSurfaces, PointSampler, Space
+from planners.learning.normalizer import Normalizer
 
 
 def test_scale_is_the_unit_cube_and_back(c3d: Environment) -> None:
-    scale = Scale.of(c3d)
+    scale = Normalizer.of(c3d)
     q = np.random.default_rng(0).uniform(c3d.lower, c3d.upper, (100, 3))
-    assert np.abs(scale.shrink(q)).max() <= 0.5
-    assert scale.grow(scale.shrink(q)) == pytest.approx(q)
+    assert np.abs(scale.normalize(q)).max() <= 0.5
+    assert scale.denormalize(scale.normalize(q)) == pytest.approx(q)
 
 
 def test_points_are_inside_and_know_their_speed(c3d: Environment) -> None:

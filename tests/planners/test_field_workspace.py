@@ -7,10 +7,9 @@ import torch
 from torch.nn import functional
 
 from envs import Environment
+from planners.fields.layers import FieldShape
 from planners.fields.methods import occupancy_of
-from planners.fields.networks import TimeField
-from planners.fields.shape import FieldShape
-from planners.fields.workspace import VOXELS, WSpaceEncoder, occupancy
+from planners.fields.networks import VOXELS, TimeField, WSpaceEncoder, occupancy
 
 AXES = torch.eye(3, dtype=torch.float64)
 

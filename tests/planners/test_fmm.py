@@ -11,12 +11,12 @@ import trimesh
 
 import envs
 import planners
-from bench.conformance.cage import Cage, hopeless
-from bench.metrics import path_length, travel_time
+from bench.conformance.trials import WalledIn, unsolvable_problem
+from bench.judging.metrics import path_length, travel_time
 from envs import InputError, Problem
 from envs.scenes.mesh_world import MeshWorld
 from planners import Budget, Status
-from planners.grid_field import GridField
+from planners.fmm import GridField
 
 
 def _solve(env: envs.Environment, problem: Problem, text: str) -> np.ndarray:
@@ -39,9 +39,9 @@ def test_open_space_gives_a_straight_line_between_the_exact_ends() -> None:
 
 
 def test_where_there_is_no_way_round_none_is_claimed() -> None:
-    planner, env = planners.make("fmm:resolution=40"), Cage()
+    planner, env = planners.make("fmm:resolution=40"), WalledIn()
     planner.setup(env, seed=1)
-    result = planner.solve(hopeless(), Budget(perf_counter() + 10))
+    result = planner.solve(unsolvable_problem(), Budget(perf_counter() + 10))
     assert result.status is Status.APPROXIMATE_SOLUTION
     assert result.path is not None
     assert not env.collision_model().segment_is_free(result.path[0], result.path[-1])

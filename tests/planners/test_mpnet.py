@@ -18,18 +18,11 @@ from envs.scenes import cluttered
 from envs.scenes.cluttered import Cluttered3D
 from envs.seeding import TEST_SEEDS
 from planners.base import Budget, PlannerResult, Status
+from planners.learning.normalizer import Normalizer
 from planners.mpnet import planner as mpnet
-from planners.mpnet.contraction import contracted
-from planners.mpnet.demonstrations import (
-    DemonstrationPlan,
-    make_demonstrations,
-    problems_of,
-)
-from planners.mpnet.expansion import Expander
-from planners.mpnet.imitation import Imitation
-from planners.mpnet.networks import Mpnet, PlannerShape
+from planners.mpnet.imitation import DemonstrationPlan, Imitation, make_demonstrations, problems_of
 from planners.mpnet.planner import MpnetPlanner
-from planners.scale import Scale
+from planners.mpnet.search import Expander, Mpnet, PlannerShape, contracted
 
 PLAN = DemonstrationPlan(planner="rrtconnect", seconds=0.2, problems=6)
 SMALL = PlannerShape(3, code=8, point_widths=(8, 16), widths=(32, 32), dropout=0.25)
@@ -151,7 +144,7 @@ def test_codes_do_not_depend_on_the_order_of_points(net: Mpnet) -> None:
 
 def test_both_forms_of_the_planning_network_agree(net: Mpnet, c3d: Environment) -> None:
     code = torch.randn(8)
-    expander = Expander(net.planner, code.numpy(), Scale.of(c3d))
+    expander = Expander(net.planner, code.numpy(), Normalizer.of(c3d))
     net.planner.dropout = 0.0
     here, goal = np.array([3.0, -4.0, 5.0]), np.array([-9.0, 1.0, 0.0])
     a, b = (torch.from_numpy(q / 20).float() for q in (here, goal))
@@ -162,7 +155,7 @@ def test_both_forms_of_the_planning_network_agree(net: Mpnet, c3d: Environment) 
 
 
 def test_units_are_left_out_while_planning(net: Mpnet, c3d: Environment) -> None:
-    expander = Expander(net.planner, np.zeros(8, dtype=np.float32), Scale.of(c3d))
+    expander = Expander(net.planner, np.zeros(8, dtype=np.float32), Normalizer.of(c3d))
     rng = np.random.default_rng(0)
     here, goal = np.zeros(3), np.ones(3)
     steps = np.array([expander.next(here, goal, rng, 0.25) for _ in range(400)])

@@ -14,12 +14,15 @@ import trimesh
 
 import envs
 import planners
-from bench.metrics import path_length
+from bench.judging.metrics import path_length
 from envs import Environment, InputError, Problem
-from planners import Budget, PlannerResult, Status, ompl_import
-from planners.ompl import OmplPlanner
+from planners import Budget, PlannerResult, Status
+from planners.ompl import parameters
+from planners.ompl.planner import OmplPlanner
 
-OMPL = [s.id for s in planners.REGISTRY.specs() if s.entry_point.startswith("planners.ompl:")]
+OMPL = [
+    s.id for s in planners.REGISTRY.specs() if s.entry_point.startswith("planners.ompl.planner:")
+]
 IMPROVING = ["rrtstar", "lazyprmstar", "informedrrtstar", "bitstar", "aitstar", "eitstar"]
 """Those that expose their best cost as they go."""
 
@@ -121,7 +124,7 @@ def milestones(planner: planners.Planner) -> int:
     assert isinstance(planner, OmplPlanner)
     if planner._kept is None:
         return 0
-    base, _, _ = ompl_import.load()
+    base, _, _ = parameters.load()
     data = base.PlannerData(planner._si)
     planner._kept.getPlannerData(data)
     return int(data.numVertices())
@@ -144,7 +147,7 @@ def test_a_roadmap_is_kept_between_problems(name: str, c3d: Environment) -> None
 def test_among_meshes_lazy_prm_has_the_papers_roadmap(
     c3d: Environment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("planners.ompl._PAPERS_ROADMAP_S", 1.0)
+    monkeypatch.setattr("planners.ompl.planner._PAPERS_ROADMAP_S", 1.0)
     trimesh.creation.icosphere(radius=2.0).export(tmp_path / "ball.ply")
     ball = envs.make(f"mesh:file={tmp_path / 'ball.ply'}")
     # Loads what is compiled, which takes longer than the 0.02 s in which this roadmap grows.

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planners import ompl_import
-from planners.ompl_space import box_space, path_length, space_information, state_of, values
+from planners.ompl import parameters
+from planners.ompl.validity import box_space, path_length, space_information, state_of, values
 
 
 def never(*asked: Any) -> float:
@@ -17,7 +17,7 @@ def never(*asked: Any) -> float:
 
 @pytest.mark.parametrize("dimension", [2, 3, 6, 14])
 def test_no_virtual_call_looks_in_python(dimension: int) -> None:
-    base, geometric, _ = ompl_import.load()
+    base, geometric, _ = parameters.load()
     space = box_space(np.zeros(dimension), np.ones(dimension))
     si = space_information(space)
     si.setup()
@@ -41,7 +41,7 @@ def test_no_virtual_call_looks_in_python(dimension: int) -> None:
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 7])
 def test_a_space_has_its_bounds_and_no_others(dimension: int) -> None:
-    base, _, _ = ompl_import.load()
+    base, _, _ = parameters.load()
     lower, upper = -np.arange(1.0, dimension + 1), np.arange(2.0, dimension + 2)
     space = box_space(lower, upper)
     space.setup()

@@ -11,17 +11,12 @@ import pytest
 import torch
 
 from envs import InputError
-from planners import training
+from planners.fields.layers import FieldShape
 from planners.fields.networks import TimeField
 from planners.fields.objectives import LargestSubsolution
-from planners.fields.sampling import (
-    GroupPlan,
-    GroupSampler,
-    NearSurfaces,
-    Space,
-)
-from planners.fields.shape import FieldShape
-from planners.training import (
+from planners.fields.physics import GroupPlan, GroupSampler, NearSurfaces, Space
+from planners.learning import training_loop
+from planners.learning.training_loop import (
     Batch,
     Minutes,
     Recipe,
@@ -158,7 +153,7 @@ def test_a_checkpoint_with_weights_that_are_no_numbers_is_refused(tmp_path: Path
 
 
 def test_checkpoints_come_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(training, "_CHECKPOINT_EVERY_S", 0.0)
+    monkeypatch.setattr(training_loop, "_CHECKPOINT_EVERY_S", 0.0)
     recipe = Recipe(steps=3)
     steps: list[int] = []
     train(

@@ -16,11 +16,11 @@ from planners.fields.labels import Labels
 from planners.fields.methods import METHODS
 from planners.fields.objectives import Regression, WithWorkspace
 from planners.fields.paper import PublishedPhysics
-from planners.learned import Training
-from planners.learning import Method, learn
+from planners.learning.learned_planner import Training
+from planners.learning.trainer import Method, learn
+from planners.learning.training_loop import Objective, Recipe, Rollback, Steps, TrainingState, train
 from planners.mpnet.imitation import Imitation, _Paths
 from planners.mpnet.planner import METHOD
-from planners.training import Objective, Recipe, Rollback, Steps, TrainingState, train
 
 STEPS = 5
 ROLLED_BACK = Rollback(epoch_steps=2, factor=0.0, kept=2)  # after every epoch but the first
@@ -95,7 +95,7 @@ def test_what_is_validated_has_the_lambda_of_its_time(
         recipe=recipe,
         objective=lambda: prepared(METHODS[name], c3d, tmp_path / "data.npz"),
     )
-    monkeypatch.setattr("planners.learning._VALIDATION_PROBLEMS", 1)
+    monkeypatch.setattr("planners.learning.trainer._VALIDATION_PROBLEMS", 1)
     seen = []
 
     def solved(net: Any, problems: object) -> int:

@@ -16,9 +16,9 @@ from conftest import has_data
 import envs
 import planners
 from envs import Environment, InputError
-from planners import weight_files
-from planners.learned import LearnedPlanner
-from planners.weight_files import Manifest
+from planners.learning import weight_files
+from planners.learning.learned_planner import LearnedPlanner
+from planners.learning.weight_files import Manifest
 
 TENSORS = {"layer.weight": np.arange(6, dtype=np.float32).reshape(2, 3), "layer.bias": np.ones(2)}
 

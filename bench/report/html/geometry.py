@@ -1,18 +1,24 @@
-"""What is seen of an environment and of paths in it, as JSON data."""
+"""Environments and paths as JSON data for 3-D views, with no more points than can be seen.
+
+Arrays and texts are packed to travel inside the page; `assets/unpack.js` undoes it.
+"""
 
 from __future__ import annotations
 
+import base64
+import gzip
+import math
 from typing import Any, Protocol
 
 import numpy as np
+import trimesh
+from numpy.typing import NDArray
 
-from bench.report.html.packing import packed
-from bench.report.html.simplify import simplified, thinned
-from bench.report.interior import faced, interior
-from bench.report.postures import ArmShape, along, triangles_of
+from bench.report.configurations import ArmShape, along, triangles_of
+from bench.report.projection import faced, interior
 from envs import Environment
 from envs.collision.fcl_model import Allowed
-from envs.collision.shapes import Placed
+from envs.collision.shapes import PlacedShape
 from envs.problem import Array
 from envs.scenes.arm_world import ArmWorld
 
@@ -101,7 +107,7 @@ class ArmScene:
 
     def data(self) -> dict[str, Any]:
         moving = self._env.robot.parts[: self._env.robot.moving]
-        links = [triangles_of([Placed(part.placed.solid, np.eye(4))]) for part in moving]
+        links = [triangles_of([PlacedShape(part.placed.solid, np.eye(4))]) for part in moving]
         still = [triangles_of(self._env.obstacles), self._shape.base]
         return {
             "meshes": [self._scale.mesh(triangles, _MOST_FACES) for triangles in still],
@@ -159,3 +165,93 @@ def _is_ceiling(within: Allowed, triangles: Array) -> Any:
     falls = normals[:, 2] < 0
     above, below = np.where(falls, (behind, before), (before, behind))
     return below & ~above & (np.abs(normals[:, 2]) > _FLAT)
+
+
+_FIRST_CELL, _GROWTH = 0.5, 1.2
+"""The first grid's cells, by the side of a square with two of the faces that are wanted; and how
+much larger those of the next one are."""
+
+
+def thinned(path: Array, tolerance: float) -> Array:
+    """Some points (m, 3) of a curve (k, 3), its ends among them, from whose lines no other is
+    farther than `tolerance`.
+
+    D. H. Douglas and T. K. Peucker, "Algorithms for the reduction of the number of points required
+    to represent a digitized line", Cartographica 1973.
+    """
+    kept = {0, len(path) - 1}
+    waiting = [(0, len(path) - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        if last - first < 2:
+            continue
+        off = _distances(path[first + 1 : last], path[first], path[last])
+        worst = int(np.argmax(off))
+        if off[worst] > tolerance:
+            middle = first + 1 + worst
+            kept.add(middle)
+            waiting += [(first, middle), (middle, last)]
+    return path[sorted(kept)]
+
+
+def _distances(points: Array, a: Array, b: Array) -> Array:
+    """From points (n, 3) to the segment between a and b (3,)."""
+    step = b - a
+    shares = ((points - a) @ step / max(float(step @ step), 1e-300)).clip(0, 1)
+    distances: Array = np.linalg.norm(points - (a + shares[:, None] * step), axis=1)
+    return distances
+
+
+def simplified(triangles: Array, most: int) -> trimesh.Trimesh:
+    """The surface of triangles (n, 3, 3) with at most so many faces: as it is if it has no more,
+    or with all corners within a cell of a grid put together in their middle. That works for any
+    triangles, those of a scan that no edge collapse could begin with included.
+
+    J. Rossignac and P. Borrel, "Multi-resolution 3D approximations for rendering complex scenes",
+    1993.
+    """
+    corners, numbers = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    faces = numbers.reshape(-1, 3).astype(np.int64)
+    mesh = trimesh.Trimesh(corners, faces, process=False)
+    cell = _FIRST_CELL * math.sqrt(2 * mesh.area / most)
+    while len(mesh.faces) > most:
+        mesh = _clustered(corners, faces, cell)
+        cell *= _GROWTH
+    return mesh
+
+
+def _clustered(corners: Array, faces: NDArray[np.int64], cell: float) -> trimesh.Trimesh:
+    """`faces` (n, 3) between the middles of the corners (k, 3) in each cell of a grid, where they
+    are still triangles."""
+    cells = np.floor((corners - corners.min(axis=0)) / cell).astype(np.int64)
+    _, of, counts = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    of = of.reshape(-1)
+    middles = np.stack([np.bincount(of, axis) for axis in corners.T], axis=1) / counts[:, None]
+    left = of[faces]
+    left = left[(left != np.roll(left, 1, axis=1)).all(axis=1)]
+    _, once = np.unique(np.sort(left, axis=1), axis=0, return_index=True)
+    return trimesh.Trimesh(middles, left[np.sort(once)], process=False)
+
+
+_TYPES = (("Int16Array", "<i2", 2**15 - 1), ("Int32Array", "<i4", 2**31 - 1))
+"""JavaScript's names of the types, ours, and the largest numbers they hold; the smallest first."""
+
+
+def packed(values: Array, step: float) -> dict[str, Any]:
+    """Numbers of any shape, flattened and rounded to multiples of `step`, as JSON data.
+
+    Raises:
+        ValueError: a number is not finite, or too many steps away from 0 for 32 bits.
+    """
+    whole = np.rint(np.asarray(values, dtype=np.float64) / step)
+    for name, kind, largest in _TYPES:
+        # Not a number fits nowhere.
+        if whole.size == 0 or np.abs(whole).max() <= largest:
+            data = base64.b64encode(whole.astype(kind).tobytes()).decode("ascii")
+            return {"type": name, "step": step, "data": data}
+    raise ValueError(f"some numbers are not finite, or too large for steps of {step:g}")
+
+
+def compressed(text: str) -> str:
+    """A text as the base64 of its gzip, the same whenever it is made."""
+    return base64.b64encode(gzip.compress(text.encode("utf-8"), 9, mtime=0)).decode("ascii")

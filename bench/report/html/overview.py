@@ -1,17 +1,24 @@
-"""What the page shows of all problems together, as JSON data: outcomes and curves."""
+"""What the page shows of all problems together, as JSON data: outcomes, curves over time, tables,
+and how the run came about.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from bench.record import Verdict
-from bench.report.html.arenas import Arena
-from bench.report.html.curves import Curve, best_by, solved_by
+from bench.analysis.run_results import RunResults
+from bench.analysis.statistics import improvement, solved_by_time
+from bench.report import formatting
+from bench.report.html.problem_sets import Arena
+from bench.storage.record import Verdict, cost_history
+from envs.problem import Array
 
 _DIGITS = 5  # that can be told apart in a plot
 
@@ -62,3 +69,175 @@ def _listed(curve: Curve) -> dict[str, list[float | None]]:
 
 def _short(value: float) -> float | None:
     return float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None
+
+
+Curve = dict[str, Array]
+"""Numbers of equal length by what they are; see the functions."""
+
+_TIMES = 80
+
+
+def solved_by(records: pd.DataFrame, limit_s: float) -> Curve:
+    """The share `y` of all attempts that were verified successes by `x` seconds, from the first
+    one up to the time limit; see `bench.analysis.statistics.solved_by_time`."""
+    solved = (records["outcome"] == Verdict.VALID.value).to_numpy()
+    curve = solved_by_time(records["solve_s"].to_numpy(np.float64), solved, until_s=limit_s)
+    # Time 0 has no place on a logarithmic axis: the first step rises from 0 where it is.
+    return {"x": np.append(curve.times_s[1], curve.times_s[1:]), "y": np.append(0, curve.share[1:])}
+
+
+def best_by(records: pd.DataFrame, limit_s: float) -> Curve | None:
+    """The median `y` of the best length after `x` seconds, over all attempts, with the ends `low`
+    and `high` of its interval; see `bench.analysis.statistics.improvement`. None of planners that
+    keep no history. What was no verified success in the end is infinitely long from the start."""
+    solved = records["outcome"] == Verdict.VALID.value
+    histories = [
+        cost_history(stats) if ok else np.zeros((0, 2))
+        for stats, ok in zip(records["stats"], solved, strict=True)
+    ]
+    begun = [history[0, 0] for history in histories if len(history)]
+    if not begun:
+        return None
+    # The first solution is not lost to rounding.
+    times = np.geomspace(max(min(begun), 1e-6), limit_s, _TIMES) * (1 + 1e-9)
+    curve = improvement([history.tolist() for history in histories], times)
+    return {"x": times, "y": curve.cost, "low": curve.cost_low, "high": curve.cost_high}
+
+
+_SORTED_BY = {
+    "problems": "problems",
+    "n": "problems",
+    "success %": "success_rate",
+    "time s": "time_s_mean",
+    "length": "length_mean",
+    "safety margin": "safety_margin_mean",
+    "offline s": "offline_s",
+    formatting.BLOCKED_SUCCESS: "blocked_success_rate",
+    formatting.BLOCKED_LENGTH: "blocked_length_mean",
+    **{title: f"time_s_to_{level}" for level, title in formatting.REACHED.items()},
+}
+"""Titles of columns with numbers to the summary's columns."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell.
+
+    Attributes:
+        text: as in every other format.
+        value: the number that it is sorted by, None for none.
+        interval: (rate, low, high) as fractions, where a bar is drawn below the text.
+    """
+
+    text: str
+    value: float | None = None
+    interval: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """`numeric` are the titles of columns that are sorted as numbers."""
+
+    titles: list[str]
+    numeric: frozenset[str]
+    rows: list[list[Cell]]
+
+
+def success_table(summary: pd.DataFrame, spread: str) -> Table:
+    """The main table; see `bench.report.formatting.success_rows`."""
+    return _table(formatting.success_rows(summary, spread), summary)
+
+
+def common_table(common: pd.DataFrame) -> Table:
+    """The table of commonly solved problems; see `bench.report.formatting.common_rows`."""
+    return _table(formatting.common_rows(common), common)
+
+
+def offline_table(summary: pd.DataFrame) -> Table:
+    """What was spent before any problem was known."""
+    rows = [
+        {
+            "env": row["env"],
+            "planner": row["planner"],
+            "setup s": formatting.number(row["setup_s"], 2),
+            "training s": formatting.number(row["train_s"], 2),
+            "offline s": formatting.number(row["offline_s"], 2),
+        }
+        for row in summary.to_dict("records")
+    ]
+    return _table(rows, summary, {"setup s": "setup_s", "training s": "train_s", **_SORTED_BY})
+
+
+def _table(
+    rows: Sequence[dict[str, str]], data: pd.DataFrame, sorted_by: dict[str, str] = _SORTED_BY
+) -> Table:
+    titles = list(rows[0]) if rows else []
+    made = [
+        [_cell(title, text, numbers, sorted_by) for title, text in row.items()]
+        for row, numbers in zip(rows, data.to_dict("records"), strict=True)
+    ]
+    return Table(titles, frozenset(titles) & frozenset(sorted_by), made)
+
+
+def _cell(title: str, text: str, numbers: dict[Any, Any], sorted_by: dict[str, str]) -> Cell:
+    if title not in sorted_by:
+        return Cell(text)
+    value = numbers[sorted_by[title]]
+    interval = None
+    if title == "success %" and not pd.isna(value):
+        interval = (numbers["success_rate"], numbers["success_low"], numbers["success_high"])
+    # What is endless has no place among numbers.
+    return Cell(text, float(value) if np.isfinite(value) else None, interval)
+
+
+_OF_PLACES = (
+    "machine",
+    "python",
+    "versions",
+    "git",
+    "threads_per_worker",
+    "thread_variables",
+)
+"""What a session says of where it was measured; the rest is when, and at what cost."""
+
+_TOLD_ELSEWHERE = ("settings", "order")
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Names and texts under a title."""
+
+    title: str
+    lines: list[tuple[str, str]]
+
+
+def facts_of(run: RunResults) -> list[Facts]:
+    """What was asked for in each folder; the machines and versions, each once; the sessions."""
+    asked = [
+        Facts(f"Asked for: {folder.name}", list(_lines(selection)))
+        for folder, selection in zip(run.folders, run.selections, strict=True)
+    ]
+    places: dict[str, Facts] = {}
+    sessions = []
+    for session in run.sessions:
+        place = {name: session[name] for name in _OF_PLACES if name in session}
+        if place:
+            places.setdefault(json.dumps(place), Facts("Machine", list(_lines(place))))
+        rest = {n: v for n, v in session.items() if n not in (*_OF_PLACES, *_TOLD_ELSEWHERE)}
+        sessions.append(Facts("Session", list(_lines(rest))))
+    return [*asked, *places.values(), *sessions]
+
+
+def _lines(data: dict[str, Any], above: str = "") -> Iterator[tuple[str, str]]:
+    """JSON data line by line, names of what is within others after theirs."""
+    for name, value in data.items():
+        words = f"{above} {name.replace('_', ' ')}".strip()
+        if isinstance(value, dict):
+            yield from _lines(value, words)
+        elif isinstance(value, list) and any(isinstance(item, dict) for item in value):
+            for number, item in enumerate(value, 1):
+                yield from _lines(item, f"{words} {number}")
+        elif isinstance(value, list):
+            yield words, ", ".join(str(item) for item in value)
+        else:
+            yield words, "unknown" if value is None else str(value)

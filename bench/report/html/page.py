@@ -1,30 +1,36 @@
-"""The page: a template, filled in, with everything that it needs in it."""
+"""The page: a template, filled in, with everything in it that it needs."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.colors import to_hex, to_rgb
 from plotly.offline import get_plotlyjs
 
-from bench.report import cells
-from bench.report.html.arenas import arenas_of
-from bench.report.html.facts import facts_of
-from bench.report.html.geometry import TOLERANCE
-from bench.report.html.looks import looks
-from bench.report.html.overview import overview_data
-from bench.report.html.packing import compressed
+from bench.analysis.run_results import RunResults
+from bench.report import formatting
+from bench.report.html.geometry import TOLERANCE, compressed
+from bench.report.html.overview import (
+    common_table,
+    facts_of,
+    offline_table,
+    overview_data,
+    success_table,
+)
+from bench.report.html.problem_sets import arenas_of
 from bench.report.html.problems import COLUMNS, problems_data
-from bench.report.html.tables import common_table, offline_table, success_table
-from bench.report.recorded import RecordedRun
+from bench.report.scene import colours
 
 _SCRIPTS = ("unpack.js", "tables.js", "charts.js", "scene.js", "problems.js", "report.js")
 
 
-def write(run: RecordedRun, file: Path) -> None:
+def write(run: RunResults, file: Path) -> None:
     """Writes the report as one file that asks nothing of a network.
 
     Scenes are made again, and paths that the judge refused are followed to where they first
@@ -33,7 +39,7 @@ def write(run: RecordedRun, file: Path) -> None:
     file.write_text(text(run), encoding="utf-8")
 
 
-def text(run: RecordedRun) -> str:
+def text(run: RunResults) -> str:
     """The page's source."""
     arenas = arenas_of(run)
     planners = list(dict.fromkeys(name for arena in arenas for name in arena.planners))
@@ -54,7 +60,7 @@ def text(run: RecordedRun) -> str:
         common=common_table(run.common),
         offline=offline_table(run.summary),
         facts=facts_of(run),
-        notes=cells,
+        notes=formatting,
         style=_asset("report.css"),
         scripts="\n".join(_asset(name) for name in _SCRIPTS),
     )
@@ -82,3 +88,36 @@ def _json(data: Any) -> str:
 
 def _asset(name: str) -> str:
     return resources.files("bench.report.html").joinpath("assets").joinpath(name).read_text("utf-8")
+
+
+_DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
+_SYMBOLS = ("circle", "square", "diamond", "circle-open", "square-open", "diamond-open")
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of sRGB, ITU-R BT.709
+_DARK_MOST, _LIGHT_LEAST = 0.75, 0.35  # luminances on a light and on a dark page
+
+
+def looks(planners: Sequence[str]) -> list[dict[str, Any]]:
+    """For each planner its `name`; `light` and `dark`, its colour on such pages, which differ only
+    where it could hardly be seen; and `dash` and `symbol` for those who cannot tell colours apart,
+    by plotly's names."""
+    return [
+        {
+            "name": name,
+            "light": _within(colour, 0.0, _DARK_MOST),
+            "dark": _within(colour, _LIGHT_LEAST, 1.0),
+            "dash": _DASHES[number % len(_DASHES)],
+            "symbol": _SYMBOLS[number % len(_SYMBOLS)],
+        }
+        for number, (name, colour) in enumerate(colours(planners).items())
+    ]
+
+
+def _within(colour: str, least: float, most: float) -> str:
+    """A colour, mixed with white or black until its luminance is between two others."""
+    rgb = np.array(to_rgb(colour))
+    luminance = float(_LUMINANCE @ rgb)
+    if luminance < least:
+        rgb = 1 - (1 - rgb) * (1 - least) / (1 - luminance)
+    if luminance > most:
+        rgb = rgb * most / luminance
+    return to_hex(tuple(rgb.clip(0, 1)))

@@ -1,0 +1,1 @@
+"""From records to statements: summaries, comparisons, regressions, statistics."""

@@ -1,0 +1,230 @@
+"""Which planners of two runs are compared, and on which problems that both were measured on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+import planners
+from bench.analysis.comparison.conditions import Conditions
+from bench.analysis.run_results import RunResults
+from bench.storage.record import NOT_ATTEMPTED
+from envs import InputError
+from envs.errors import suggestion
+from envs.registry.arguments import split_entries
+
+
+@dataclass(frozen=True)
+class Side:
+    """A planner in an environment, on the problems that it shares with the other side.
+
+    Attributes:
+        folder: where its run is stored.
+        attempts: rows of the store, one a problem, in their order; the other side has the same
+            problems.
+        conditions: how they were measured.
+    """
+
+    folder: str
+    planner: str
+    attempts: pd.DataFrame
+    conditions: Conditions
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two sides, and where they met. `seed` is the problems'."""
+
+    env: str
+    fingerprint: str
+    seed: int
+    a: Side
+    b: Side
+
+
+@dataclass(frozen=True)
+class Pairing:
+    """All pairs of two runs, and what was left out, a line each with the reason."""
+
+    pairs: tuple[Pair, ...]
+    left_out: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Arena:
+    """What a run measured on the problems of one seed in one environment."""
+
+    run: RunResults
+    env: str
+    fingerprint: str
+    seed: int
+    rows: pd.DataFrame
+
+    @property
+    def planners(self) -> list[str]:
+        return list(self.rows["planner"].unique())
+
+    @property
+    def named(self) -> str:
+        return f"{self.env} (fingerprint {self.fingerprint}, seed {self.seed})"
+
+    def problems(self, planner: str) -> set[int]:
+        return set(self.rows.loc[self.rows["planner"] == planner, "problem"])
+
+    def side(self, planner: str, problems: set[int]) -> Side:
+        chosen = (self.rows["planner"] == planner) & self.rows["problem"].isin(problems)
+        attempts = self.rows[chosen].sort_values("problem", ignore_index=True)
+        return Side(_folder(self.run), planner, attempts, Conditions.of(self.run, attempts))
+
+
+def pair_runs(a: RunResults, b: RunResults, who: tuple[str, str] | None = None) -> Pairing:
+    """Sets planners of two runs against each other, on the problems that both were measured on:
+    those of an environment with the same fingerprint, with the same seed and number.
+
+    Each planner meets itself; where no name is in both runs and either has one planner, these
+    meet. The runs may be the same one.
+
+    Args:
+        who: instead, this planner of `a` meets that one of `b`, by their ids.
+
+    Raises:
+        InputError: they share nothing. It says why: other environments, or other seeds.
+    """
+    ours, theirs = _arenas(a), _arenas(b)
+    pairs: list[Pair] = []
+    left_out: list[str] = []
+    for arena in ours:
+        other = next((o for o in theirs if _key(o) == _key(arena)), None)
+        if other is None:
+            left_out.append(_why_apart(arena, theirs))
+            continue
+        meeting = [who] if who else _namesakes(arena, other)
+        pairs += [_pair(arena, other, *names) for names in meeting if _shared(arena, other, *names)]
+        left_out += [] if who else _unmet(arena, other, meeting)
+        for p, q in meeting:
+            left_out += [*_unshared(arena, "A", p, other, q), *_unshared(other, "B", q, arena, p)]
+    known = {name for arena in ours for name in (arena.env, arena.fingerprint)}
+    left_out += [f"{o.named}: only in B" for o in theirs if not known & {o.env, o.fingerprint}]
+    reasons = tuple(dict.fromkeys(left_out))
+    if not pairs:
+        raise InputError(
+            f"nothing to compare between A, {_folder(a)}, and B, {_folder(b)}: "
+            + ("; ".join(reasons) or "nothing was measured")
+        )
+    return Pairing(tuple(pairs), reasons)
+
+
+def _arenas(run: RunResults) -> list[_Arena]:
+    """In the order of the run; rows in which nothing was measured are left out."""
+    rows = run.records[~run.records["status"].isin(NOT_ATTEMPTED)]
+    groups = rows.groupby(["env_fingerprint", "problems_seed"], sort=False)
+    return [
+        _Arena(run, group["env"].iloc[0], str(fingerprint), int(seed), group)
+        for (fingerprint, seed), group in groups
+    ]
+
+
+def _key(arena: _Arena) -> tuple[str, int]:
+    return arena.fingerprint, arena.seed
+
+
+def _folder(run: RunResults) -> str:
+    return ", ".join(str(folder) for folder in run.folders)
+
+
+def _why_apart(arena: _Arena, others: Sequence[_Arena]) -> str:
+    """Why none of B's arenas has the problems of this one of A."""
+    for other in others:
+        if other.fingerprint == arena.fingerprint:
+            return (
+                f"{arena.env}: the environment is the same, the problems are not: their seed is "
+                f"{arena.seed} in A, {other.seed} in B"
+            )
+    for other in others:
+        if other.env == arena.env:
+            return (
+                f"{arena.env}: the name is the same, the environment is not: its fingerprint is "
+                f"{arena.fingerprint} in A, {other.fingerprint} in B"
+            )
+    return f"{arena.named}: only in A"
+
+
+def _namesakes(arena: _Arena, other: _Arena) -> list[tuple[str, str]]:
+    common = [(name, name) for name in arena.planners if name in other.planners]
+    if not common and len(arena.planners) == len(other.planners) == 1:
+        return [(arena.planners[0], other.planners[0])]
+    return common
+
+
+def _shared(arena: _Arena, other: _Arena, p: str, q: str) -> set[int]:
+    """The problems on which p was measured in one and q in the other."""
+    return arena.problems(p) & other.problems(q)
+
+
+def _pair(arena: _Arena, other: _Arena, p: str, q: str) -> Pair:
+    problems = _shared(arena, other, p, q)
+    sides = arena.side(p, problems), other.side(q, problems)
+    return Pair(arena.env, arena.fingerprint, arena.seed, *sides)
+
+
+def _unmet(arena: _Arena, other: _Arena, meeting: Sequence[tuple[str, str]]) -> list[str]:
+    """Planners that meet none."""
+    if not meeting:
+        both = f"A has {', '.join(arena.planners)}; B has {', '.join(other.planners)}"
+        return [
+            f"{arena.env}: no planner is in both, so --planners P,Q must say who meets ({both})"
+        ]
+    alone = []
+    for side, one, met in zip("AB", (arena, other), zip(*meeting, strict=True), strict=True):
+        names = [name for name in one.planners if name not in met]
+        alone += [f"{one.env}: measured in {side} alone: {', '.join(names)}"] if names else []
+    return alone
+
+
+def _unshared(one: _Arena, side: str, p: str, other: _Arena, q: str) -> list[str]:
+    """Problems of one side that the other was not measured on."""
+    count = len(one.problems(p) - other.problems(q))
+    return [f"{one.env}: {count} problems of {side} ({p}) alone"] if count else []
+
+
+ALL = "all"
+
+
+def chosen_planners(text: str, a: RunResults, b: RunResults) -> tuple[str, str] | None:
+    """The planners of `a` and of `b` that "P,Q" names, or "P" in both; None for "all", if
+    there are two runs: each planner then meets itself.
+
+    Raises:
+        InputError: a run has no such planner, there are more than two names, or those of one run
+            are not two planners.
+    """
+    names = split_entries(text)
+    if names == [ALL] and a is not b:
+        return None
+    pair = names * 2 if len(names) == 1 and names != [ALL] else names
+    if len(pair) != 2:
+        raise _misnamed(text, a, b)
+    who = _id_in(a, pair[0]), _id_in(b, pair[1])
+    if a is b and who[0] == who[1]:
+        raise _misnamed(text, a, b)
+    return who
+
+
+def _misnamed(text: str, a: RunResults, b: RunResults) -> InputError:
+    wanted = "two planners of that run" if a is b else "one planner, or one of each run"
+    return InputError(f"--planners {text}: name {wanted}, from {', '.join(_planners(a))}")
+
+
+def _planners(run: RunResults) -> list[str]:
+    return list(dict.fromkeys(planner for _, planner in run.order))
+
+
+def _id_in(run: RunResults, name: str) -> str:
+    known = _planners(run)
+    id = planners.REGISTRY.id_among(name, known)
+    if id in known:
+        return id
+    folders = ", ".join(str(folder) for folder in run.folders)
+    raise InputError(f"--planners: {folders} has no {name!r}; {suggestion(name, known)}")

@@ -1,0 +1,209 @@
+"""How pairs of planners compare: tests, effects and verdicts, a row a pair and measure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from bench.analysis.comparison.conditions import why_times_differ
+from bench.analysis.comparison.pairing import Pair, Side
+from bench.analysis.statistics import (
+    DIFFERENCE,
+    RATIO,
+    Effect,
+    McNemar,
+    SignedRank,
+    discordant_share,
+    holm,
+    mcnemar,
+    paired_effect,
+    signed_rank,
+)
+from bench.storage import record
+
+Flags = NDArray[np.bool_]
+
+SUCCESS = "success"
+
+CONFIDENCE = 0.95
+"""Of each interval, and of all verdicts of a table together."""
+
+COLUMNS = (
+    *("env", "env_fingerprint", "problems_seed", "folder_a", "planner_a", "folder_b", "planner_b"),
+    *("measure", "n", "value_a", "value_b", "only_a", "only_b"),
+    *("effect", "estimate", "low", "high", "p", "p_holm", "verdict", "reason"),
+    "differing",
+)
+
+
+class ComparisonVerdict(str, Enum):
+    """Of B, by A."""
+
+    BETTER = "better"
+    WORSE = "worse"
+    SAME = "same"  # no difference was shown
+    NOT_COMPARABLE = "not comparable"
+
+
+@dataclass(frozen=True)
+class Measure:
+    """Something measured of verified successes: its column in the records, whether more of it is
+    better, the kind of effect that two planners are compared by, and why it does not compare
+    between two sides (empty if it does)."""
+
+    column: str
+    more_is_better: bool
+    effect: str
+    obstacle: Callable[[Side, Side], str] = lambda a, b: ""
+
+
+MEASURES = {
+    "time_s": Measure(
+        "solve_s", False, RATIO, lambda a, b: why_times_differ(a.conditions, b.conditions)
+    ),
+    "length": Measure("length", False, RATIO),
+    "safety_margin": Measure("safety_margin", True, DIFFERENCE),
+}
+
+_ROUNDING = 1e-9
+"""Values that differ by less than this part of them are the same: a straight line is as long in one
+piece as in a hundred."""
+
+
+@dataclass(frozen=True)
+class _Comparison:
+    """What was found of a pair by one measure. Without a test there is a reason why."""
+
+    measure: str
+    n: int
+    values: tuple[float, float]
+    test: McNemar | SignedRank | None = None
+    effect: Effect | None = None
+    reason: str = ""
+
+    @property
+    def p(self) -> float:
+        return math.nan if self.test is None else self.test.p_value
+
+    def verdict(self, p_holm: float) -> ComparisonVerdict:
+        """A difference is shown by the test, corrected, and by nothing else."""
+        if self.test is None:
+            return ComparisonVerdict.NOT_COMPARABLE
+        direction = self.test.direction
+        if p_holm > 1 - CONFIDENCE or direction == 0:
+            return ComparisonVerdict.SAME
+        more_is_better = self.measure == SUCCESS or MEASURES[self.measure].more_is_better
+        return (
+            ComparisonVerdict.BETTER
+            if (direction > 0) == more_is_better
+            else ComparisonVerdict.WORSE
+        )
+
+
+def compare(pairs: Sequence[Pair]) -> pd.DataFrame:
+    """Compares A and B of each pair: four rows a pair, with these columns.
+
+    `measure` is "success", or one of `MEASURES` on the `n` problems that both solved. `value_a`
+    and `value_b` are success rates (of `n` problems), as fractions, or medians (seconds, and the
+    environment's unit). `only_a` and `only_b` count the problems that only one solved. `effect`
+    says what `estimate` is, and `low` and `high` the ends of its interval: "share", of those
+    problems, B's; else Hodges and Lehmann's estimate of what happens on a problem
+    (`paired_effect`): "ratio", B's by A's, or "difference", B minus A, of margins and
+    where a value is not positive. `p` is McNemar's or the signed-rank test's, of the logs where
+    the effect is a ratio; `differing` counts the problems on which both differ, which alone the
+    test and the effect are about. `p_holm` is p corrected for all tests of the table.
+
+    `verdict` is of B, by A: better or worse if `p_holm` is at most 1 - CONFIDENCE; "same" means
+    that no difference was shown. Test and interval are two sides of one: uncorrected, the interval
+    lies on one side where p is below 1 - CONFIDENCE. What does not compare has no test, and its
+    `reason`.
+    """
+    found = [(pair, f) for pair in pairs for f in _findings(pair)]
+    corrected = holm([finding.p for _, finding in found])
+    rows = [
+        {
+            **_place(pair),
+            **_numbers(finding),
+            "p_holm": p_holm,
+            "verdict": finding.verdict(p_holm).value,
+            "reason": finding.reason,
+        }
+        for (pair, finding), p_holm in zip(found, corrected.tolist(), strict=True)
+    ]
+    table = pd.DataFrame(rows, columns=list(COLUMNS))
+    typed: pd.DataFrame = table.astype({"only_a": "Int64", "only_b": "Int64", "differing": "Int64"})
+    return typed
+
+
+def _findings(pair: Pair) -> list[_Comparison]:
+    solved_a, solved_b = _solved(pair.a), _solved(pair.b)
+    both = solved_a & solved_b
+    measured = [_measured(name, pair, both) for name in MEASURES]
+    return [_success(solved_a, solved_b), *measured]
+
+
+def _success(a: Flags, b: Flags) -> _Comparison:
+    test = mcnemar(a, b)
+    effect = discordant_share(test.only_first, test.only_second, CONFIDENCE)
+    return _Comparison(SUCCESS, len(a), (float(a.mean()), float(b.mean())), test, effect)
+
+
+def _measured(name: str, pair: Pair, both: Flags) -> _Comparison:
+    measure = MEASURES[name]
+    a, b = (side.attempts[measure.column].to_numpy(dtype=float)[both] for side in (pair.a, pair.b))
+    told = np.isfinite(a) & np.isfinite(b)  # a scene without obstacles has no margin
+    a, b = a[told], b[told]
+    if len(a) == 0:
+        reason = "it has no value there" if both.any() else "no problem was solved by both"
+        return _Comparison(name, 0, (math.nan, math.nan), reason=reason)
+    medians = float(np.median(a)), float(np.median(b))
+    reason = measure.obstacle(pair.a, pair.b)
+    if reason:
+        return _Comparison(name, len(a), medians, reason=reason)
+    b = np.where(np.isclose(a, b, rtol=_ROUNDING, atol=0.0), a, b)
+    kind = measure.effect if min(a.min(), b.min()) > 0 else DIFFERENCE
+    effect = paired_effect(a, b, kind=kind, confidence=CONFIDENCE)
+    test = signed_rank(np.zeros(len(a)), np.log(b / a)) if kind == RATIO else signed_rank(a, b)
+    return _Comparison(name, len(a), medians, test, effect)
+
+
+def _solved(side: Side) -> Flags:
+    return (side.attempts["outcome"] == record.Verdict.VALID.value).to_numpy(dtype=bool)
+
+
+def _place(pair: Pair) -> dict[str, object]:
+    return {
+        "env": pair.env,
+        "env_fingerprint": pair.fingerprint,
+        "problems_seed": pair.seed,
+        "folder_a": pair.a.folder,
+        "planner_a": pair.a.planner,
+        "folder_b": pair.b.folder,
+        "planner_b": pair.b.planner,
+    }
+
+
+def _numbers(finding: _Comparison) -> dict[str, object]:
+    """The columns from the measure to p."""
+    test, effect = finding.test, finding.effect
+    numbers: dict[str, object] = {
+        "measure": finding.measure,
+        "n": finding.n,
+        "value_a": finding.values[0],
+        "value_b": finding.values[1],
+        "p": finding.p,
+    }
+    if isinstance(test, McNemar):
+        numbers |= {"only_a": test.only_first, "only_b": test.only_second}
+    if isinstance(test, SignedRank):
+        numbers |= {"differing": test.differing}
+    if effect is not None:
+        estimate, low, high = effect.estimate, effect.low, effect.high
+        numbers |= {"effect": effect.kind, "estimate": estimate, "low": low, "high": high}
+    return numbers

@@ -1,0 +1,233 @@
+"""One row per environment and planner, from records."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+
+import pandas as pd
+
+from bench.analysis import timing
+from bench.analysis.statistics import censored_median, wilson_interval
+from bench.analysis.timing import cpu_shares
+from bench.storage.record import NOT_ATTEMPTED, Verdict
+
+COLUMNS = (
+    "env",
+    "planner",
+    "problems",
+    "solved",
+    "success_rate",
+    "success_low",
+    "success_high",
+    "time_s_mean",
+    "time_s_std",
+    "time_s_var",
+    "time_s_median",
+    "time_s_median_censored",
+    "length_mean",
+    "length_std",
+    "length_var",
+    "length_median",
+    "safety_margin_mean",
+    "safety_margin_std",
+    "safety_margin_var",
+    "safety_margin_median",
+    "setup_s",
+    "train_s",
+    "offline_s",
+    "status_counts",
+    "fallbacks",
+    "attempted",
+    "reason",
+    "cpu_share_median",
+    "processors",
+    "blocked_attempted",
+    "blocked_solved",
+    "blocked_success_rate",
+    "blocked_length_mean",
+    "held_to",
+    *timing.COLUMNS,
+)
+
+_MEASURED = {"time_s": "solve_s", "length": "length", "safety_margin": "safety_margin"}
+
+
+def summarise(records: pd.DataFrame, order: Sequence[tuple[str, str]]) -> pd.DataFrame:
+    """Success with its 95 % Wilson interval, and what verified successes cost.
+
+    Means, (sample) standard deviations and variances, and medians are over verified successes;
+    rates over the `attempted` problems (without UNSUPPORTED and SKIPPED ones), and so is
+    `time_s_median_censored`, in which a failure takes for ever. Where none was attempted nothing is
+    known but the `reason`: rates, times and costs are empty. `status_counts` is JSON: how many
+    attempts had each outcome. `setup_s` is the longest, since a restarted process sets up again;
+    `offline_s` adds training to it. `fallbacks` counts the verified successes that needed another
+    planner's help, of planners whose `stats` say so. `cpu_share_median` is how much of a core an
+    attempt had while it planned (`shared_cores`), `processors` how many processors there
+    were, by name. Columns with `blocked_` in front are of the problems whose straight line is
+    blocked, empty where that is not known. `held_to`, and what is of common lengths, is for
+    `RunResults.summary` to say.
+
+    Args:
+        records: rows of the store, which may have a column `blocked`.
+        order: (env, planner) of the rows wanted, in their order; those without records are left
+            out.
+    """
+    groups = dict(tuple(records.groupby(["env", "planner"], sort=False)))
+    rows = [
+        _row(env, planner, groups[env, planner])
+        for env, planner in order
+        if (env, planner) in groups
+    ]
+    table: pd.DataFrame = pd.DataFrame(rows, columns=list(COLUMNS))
+    return table
+
+
+def _row(env: str, planner: str, all_records: pd.DataFrame) -> dict[str, object]:
+    records = attempted_records(all_records)
+    successes = records["outcome"] == Verdict.VALID.value
+    solved = records[successes]
+    low, high = wilson_interval(len(solved), len(records)) if len(records) else (math.nan,) * 2
+    setup_s, train_s = (records[name].astype(float).max() for name in ("setup_s", "train_s"))
+    row: dict[str, object] = {
+        "env": env,
+        "planner": planner,
+        "problems": len(all_records),
+        "attempted": len(records),
+        "solved": len(solved),
+        "success_rate": len(solved) / len(records) if len(records) else math.nan,
+        "success_low": low,
+        "success_high": high,
+        "setup_s": setup_s,
+        "train_s": train_s,
+        "offline_s": setup_s + train_s,
+        "status_counts": json.dumps(all_records["outcome"].value_counts().to_dict()),
+        "fallbacks": _fallbacks(solved),
+        "time_s_median_censored": censored_median(records["solve_s"].astype(float), successes),
+        "reason": why_not_attempted(all_records),
+        "cpu_share_median": cpu_shares(records).median(),
+        "processors": records.loc[records["processor"] != "", "processor"].nunique(),
+    }
+    for name, column in _MEASURED.items():
+        values = solved[column].astype(float)
+        row[f"{name}_mean"] = values.mean()
+        row[f"{name}_std"], row[f"{name}_var"] = values.std(), values.var()
+        row[f"{name}_median"] = values.median()
+    return row | _of_blocked(records)
+
+
+def _of_blocked(records: pd.DataFrame) -> dict[str, object]:
+    known = records["blocked"].dropna() if "blocked" in records else pd.Series(dtype=bool)
+    if known.empty:
+        return {}
+    blocked = records.loc[known.index[known.astype(bool)]]
+    solved = blocked[blocked["outcome"] == Verdict.VALID.value]
+    return {
+        "blocked_attempted": len(blocked),
+        "blocked_solved": len(solved),
+        "blocked_success_rate": len(solved) / len(blocked) if len(blocked) else math.nan,
+        "blocked_length_mean": solved["length"].astype(float).mean(),
+    }
+
+
+def _fallbacks(solved: pd.DataFrame) -> int | None:
+    counts = [json.loads(stats).get("fallbacks") for stats in solved["stats"]]
+    known = [count for count in counts if isinstance(count, int)]
+    return sum(count > 0 for count in known) if known else None
+
+
+def why_not_attempted(records: pd.DataFrame) -> str | None:
+    """Why a planner was not attempted, in a line; None if it always was."""
+    told = records.loc[records["status"].isin(NOT_ATTEMPTED), "error"]
+    lines = [str(text).strip().partition("\n")[0] for text in told.unique() if text]
+    return "; ".join(lines) or (None if told.empty else "it did not say why")
+
+
+def common_problems(records: pd.DataFrame) -> pd.DataFrame:
+    """Length and margin where they compare: on the problems that every planner solved, besides
+    those in `left_out_of_common`.
+
+    Planners that do not support an environment do not take part there. One row per environment
+    and planner, with `problems`, the number of common ones, and how soon it reached common lengths
+    there (`bench.analysis.timing.times_to_lengths`).
+    """
+    means = (f"{n}_mean" for n in _MEASURED if n != "time_s")
+    columns = ["env", "planner", "problems", *means, *timing.COLUMNS]
+    rows = []
+    for env, group in attempted_records(records).groupby("env", sort=False):
+        left_out = _left_out(group)
+        planners = [planner for planner in group["planner"].unique() if planner not in left_out]
+        common = _commonly_solved(group, planners)
+        reached = timing.times_to_lengths(common).reindex(planners)
+        for planner in planners:
+            own = common[common["planner"] == planner]
+            rows.append(
+                {
+                    "env": env,
+                    "planner": planner,
+                    "problems": len(own),
+                    "length_mean": own["length"].astype(float).mean(),
+                    "safety_margin_mean": own["safety_margin"].astype(float).mean(),
+                    **reached.loc[planner].to_dict(),
+                }
+            )
+    table: pd.DataFrame = pd.DataFrame(rows, columns=columns)
+    return table
+
+
+def left_out_of_common(records: pd.DataFrame) -> dict[str, dict[str, int]]:
+    """By environment, planners without whom there are commonly solved problems, or more than two
+    planners to compare on them, and how many problems each solved: those that solved none; those
+    that solved none whose straight line is blocked, if two others did, since on straight lines
+    there is nothing to compare; and then, as long as the others have none in common, the one that
+    solved fewest.
+
+    `records` may have a column `blocked`, as in `summarise`.
+    """
+    groups = attempted_records(records).groupby("env", sort=False)
+    found = {str(env): _left_out(group) for env, group in groups}
+    return {env: left_out for env, left_out in found.items() if left_out}
+
+
+def _left_out(attempts: pd.DataFrame) -> dict[str, int]:
+    solved = attempts[attempts["outcome"] == Verdict.VALID.value]
+    order = attempts["planner"].unique()
+    counts = solved["planner"].value_counts().reindex(order, fill_value=0)
+    rest = counts[_tells(solved, counts)].sort_values(kind="stable", ascending=False)
+    left_out = counts[~counts.index.isin(rest.index)]
+    while len(rest) > 2 and _commonly_solved(attempts, list(rest.index)).empty:
+        left_out = pd.concat([left_out, rest.iloc[-1:]])
+        rest = rest.iloc[:-1]
+    return {str(planner): int(count) for planner, count in left_out.items()}
+
+
+def _tells(solved: pd.DataFrame, counts: pd.Series) -> pd.Series:
+    """Which planners, by how many problems each solved, solved some that tell planners apart."""
+    if "blocked" in solved:
+        blocked = solved[solved["blocked"].isin([True])]
+        solved_blocked = blocked["planner"].value_counts().reindex(counts.index, fill_value=0)
+        if (solved_blocked > 0).sum() >= 2:
+            counts = solved_blocked
+    tells: pd.Series = counts > 0
+    return tells
+
+
+def _commonly_solved(attempts: pd.DataFrame, planners: Sequence[str]) -> pd.DataFrame:
+    """The attempts at problems that all of some planners solved."""
+    solved = attempts[(attempts["outcome"] == Verdict.VALID.value)]
+    solved = solved[solved["planner"].isin(planners)]
+    counts = solved.groupby("problem")["planner"].nunique()
+    common: pd.DataFrame = solved[solved["problem"].isin(counts.index[counts == len(planners)])]
+    return common
+
+
+def attempted_records(records: pd.DataFrame) -> pd.DataFrame:
+    """The rows in which something was measured."""
+    made: pd.DataFrame = records[~records["status"].isin(NOT_ATTEMPTED)]
+    return made
+
+
+def attempted(records: pd.DataFrame) -> bool:
+    """Whether anything was measured at all."""
+    return not attempted_records(records).empty

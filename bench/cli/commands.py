@@ -1,0 +1,242 @@
+"""What each command of the command line does, given its parsed arguments; the exit code."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import signal
+from pathlib import Path
+from typing import Any
+
+import envs
+import planners
+from bench import api, conformance
+from bench import replay as replaying
+from bench.analysis import comparison, regression, summary
+from bench.analysis.run_results import RunResults
+from bench.cli.terminal import note, tell
+from bench.execution import weights_manager
+from bench.execution.config import check_range, make_run_config, on_device
+from bench.report import comparison_text, markdown, regression_text, writers
+from envs import InputError
+from envs.errors import printable
+from envs.registry import Registry
+from envs.scenes.arm_world import ArmWorld
+
+DONE, REGRESSION, NOTHING_MEASURED = 0, 1, 3
+FAILED = DIFFERENT = 1
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """`bench run`."""
+    config = make_run_config(
+        env=chosen.env,
+        planner=chosen.planners,
+        problems=chosen.problems,
+        seed=chosen.seed,
+        time_limit_s=chosen.time_limit,
+        stop=chosen.stop,
+        jobs=chosen.jobs,
+        memory_limit_mb=chosen.memory_limit,
+        train=not chosen.no_train,
+        device=chosen.device,
+    )
+    folder: Path = chosen.out or Path("results/runs") / config.problem_sets[0].entry.spec.id
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    recorded = api.measured(config, folder, force=chosen.force, started_s=chosen.started_s)
+    tell(markdown.text(recorded))
+    note(f"{folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}")
+    return DONE if summary.attempted(recorded.records) else NOTHING_MEASURED
+
+
+def train(chosen: argparse.Namespace) -> int:
+    """`bench train`."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    file = weights_manager.train(
+        envs.REGISTRY.entry(chosen.env),
+        planners.REGISTRY.entry(chosen.planner).imported(),
+        seed=chosen.seed,
+        minutes=chosen.minutes,
+        device=chosen.device,
+        out=chosen.out,
+    )
+    tell(str(file))
+    return DONE
+
+
+def report(chosen: argparse.Namespace) -> int:
+    """`bench report`."""
+    formats = writers.chosen_formats(chosen.format)
+    runs = [RunResults.read(folder) for folder in chosen.dirs]
+    if chosen.out is not None:
+        runs = [RunResults.joined(runs)]
+    for run in (dataclasses.replace(run, spread=chosen.spread) for run in runs):
+        writers.write(run, chosen.out or run.folders[0], formats)
+        tell(markdown.text(run))
+    return DONE
+
+
+def compare(chosen: argparse.Namespace) -> int:
+    """`bench compare`."""
+    a = RunResults.read(chosen.a)
+    b = a if chosen.b is None else RunResults.read(chosen.b)
+    who = comparison.chosen_planners(chosen.planners, a, b)
+    pairing = comparison.pair_runs(a, b, who)
+    table = comparison.compare(pairing.pairs)
+    if chosen.out is not None:
+        comparison_text.write_csv(table, chosen.out)
+    tell(comparison_text.text(a, b, table, pairing.left_out))
+    return DONE
+
+
+def check(chosen: argparse.Namespace) -> int:
+    """`bench check`."""
+    wanted = regression.CheckOptions.parse(
+        alpha=chosen.alpha,
+        ratios=chosen.ratios,
+        reference=chosen.reference,
+        tolerance=chosen.tolerance,
+        update=chosen.update,
+    )
+    file: Path = chosen.baseline
+    now = regression.Baseline.of(RunResults.read(chosen.dir))
+    wanted = wanted.of(now, str(chosen.dir))
+    if chosen.update:
+        return _update(now.attempted, file, chosen.out)
+    before = regression.read(file)
+    found = regression.check(before, now, wanted.of(before, str(file)))
+    _tell(regression_text.text(found, chosen.dir, file), chosen.out)
+    if not found.findings:
+        return NOTHING_MEASURED
+    return REGRESSION if found.regressions else DONE
+
+
+def _update(now: regression.Baseline, file: Path, out: Path | None) -> int:
+    """`bench check --update`."""
+    if not now.rows:
+        note("nothing was measured; no baseline is written")
+        return NOTHING_MEASURED
+    before = regression.read(file) if file.exists() else None
+    regression.write(now, file)
+    _tell(regression_text.changes(before, now, file), out)
+    return DONE
+
+
+def _tell(text: str, out: Path | None) -> None:
+    if out is not None:
+        regression_text.write_text(text, out)
+    tell(text)
+
+
+def show(chosen: argparse.Namespace) -> int:
+    """`bench show`."""
+    # Matplotlib takes a second, which only this command needs.
+    from bench.report import arm_scene, scene
+
+    env = envs.REGISTRY.entry(chosen.env)
+    world = env.make()
+    shown = None
+    if chosen.paths is not None:
+        records = RunResults.read(chosen.paths).records
+        records = scene.of_planners(records, chosen.planners, chosen.paths)
+        shown = scene.paths_of_problem(records, world.fingerprint, chosen.problem)
+    if isinstance(world, ArmWorld):
+        arm_scene.draw(world, env.id, shown, chosen.out)
+    else:
+        scene.draw(world, env.id, shown, chosen.out)
+    return DONE
+
+
+def field(chosen: argparse.Namespace) -> int:
+    """`bench field`."""
+    from bench.report import field as fields  # matplotlib, as above
+
+    env = envs.REGISTRY.entry(chosen.env)
+    world = env.make()
+    where = fields.Slice.through(world, chosen.source)
+    found = {}
+    for entry in planners.REGISTRY.entries(chosen.planners):
+        entry = on_device(entry, chosen.device).imported()
+        planner = weights_manager.ready(env, entry, not chosen.no_train)
+        found[entry.id] = fields.field_of(planner, entry.id, where)
+    reference = found.get("fmm")
+    if reference is None:
+        fmm = weights_manager.ready(env, planners.REGISTRY.entry("fmm"), may_train=False)
+        reference = fields.field_of(fmm, "fmm", where)
+    table = fields.errors(found, reference, where)
+    fields.draw([fields.Strip(env.id, where, found, table)], chosen.out)
+    tell(table.to_markdown(index=False, floatfmt=".4f"))
+    return DONE
+
+
+def paper(chosen: argparse.Namespace) -> int:
+    """`bench paper`."""
+    from bench.paper import runner  # matplotlib, as above
+    from bench.paper.experiment import Place
+
+    folder = runner.data_folder()
+    names = [name for name in (chosen.only or "").split(",") if name]
+    experiments = runner.experiments(folder)
+    wanted = runner.chosen(experiments, names)
+    out = chosen.out or Path("results/runs") / ("paper-quick" if chosen.quick else "paper")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    outcome = runner.carry_out(wanted, experiments, Place(folder, out, chosen.quick))
+    tell(outcome.text)
+    if outcome.failed:
+        left = ", ".join(outcome.failed)
+        raise InputError(f"could not be carried out, see {out / 'paper.md'}: {left}")
+    return DONE
+
+
+def test_planner(chosen: argparse.Namespace) -> int:
+    """`bench test-planner`."""
+    check_range("--time-limit", chosen.time_limit, 0.001, 86_400)
+    env = envs.REGISTRY.entry(chosen.env)
+    with conformance.named(chosen.planner) as planner:
+        evidence = conformance.gathered(env, planner, chosen.time_limit)
+    found = conformance.findings(evidence)
+    tell("\n".join(finding.text for finding in found))
+    if evidence.unsupported:
+        raise InputError(
+            f"{planner.id} does not plan in {env.id}, so little was checked; choose another --env: "
+            + evidence.unsupported
+        )
+    return FAILED if any(f.outcome is conformance.Outcome.FAILED for f in found) else DONE
+
+
+def replay(chosen: argparse.Namespace) -> int:
+    """`bench replay`."""
+    found = replaying.replay(chosen.dir, chosen.planner, chosen.problem, chosen.env)
+    tell(found.text)
+    return DIFFERENT if found.difference else DONE
+
+
+def list_(chosen: argparse.Namespace) -> int:
+    """`bench list`."""
+    wanted: dict[str, Registry[Any]] = {"planners": planners.REGISTRY, "envs": envs.REGISTRY}
+    if chosen.what:
+        wanted = {chosen.what: wanted[chosen.what]}
+    listed = {
+        what: [
+            {
+                "id": spec.id,
+                "description": spec.description,
+                "version": spec.version,
+                "aliases": list(spec.aliases),
+                "groups": list(spec.groups),
+                "not_repeatable": spec.not_repeatable,
+                "origin": spec.origin,
+            }
+            for spec in registry.specs()
+        ]
+        for what, registry in wanted.items()
+    }
+    if chosen.json:
+        tell(json.dumps(listed, indent=2))
+        return DONE
+    for what, specs in listed.items():
+        tell(f"{what}:")
+        for spec in specs:
+            tell(f"  {spec['id']:<20} {printable(str(spec['description']))}")
+    return DONE

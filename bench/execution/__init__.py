@@ -1,0 +1,1 @@
+"""Running planners: what is asked for, worker processes, the clock, and training before a run."""

@@ -1,0 +1,323 @@
+"""What to run: environments, planners, problems and the rules of the clock."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import envs
+import planners
+from bench.execution import planner_queries as queries
+from bench.execution.planner_queries import World
+from bench.judging.metrics import share_blocked, straight_lines
+from envs import Environment, InputError, Problem, processors
+from envs.registry import Entry
+from envs.seeding import TEST_SEEDS, training_seed
+from planners import Planner
+from planners.learning.learned_planner import checked_device
+
+logger = logging.getLogger(__name__)
+
+PAPER = "paper"
+"""The stop rule of the paper's tables."""
+
+CPU = "cpu"
+"""The device that runs use unless another is asked for."""
+
+RULES = 2
+"""Rises whenever the protocol or the judge changes what is measured."""
+
+
+@dataclass(frozen=True)
+class StopRule:
+    """When a planner that could go on improving stops.
+
+    `kind` is "first" (at the first solution), "limit" (at the time limit) or "match": at a length
+    of at most (1 + tolerance) times what `reference` reached on the same problem.
+    """
+
+    kind: str
+    reference: Entry[Planner] | None = None
+    tolerance: float = 0.05
+
+    @staticmethod
+    def parse(text: str) -> StopRule:
+        """ "first", "limit" or "match:PLANNER[:TOLERANCE]".
+
+        Raises:
+            InputError: it is none of them.
+        """
+        kind, _, rest = text.partition(":")
+        if kind in ("first", "limit") and not rest:
+            return StopRule(kind)
+        if kind != "match" or not rest:
+            raise InputError(
+                f"--stop {text}: choose paper, first, limit or match:PLANNER[:TOLERANCE]"
+            )
+        name, _, last = rest.rpartition(":")
+        try:
+            tolerance = float(last) if name else 0.05
+        except ValueError:
+            name, tolerance = "", 0.05
+        if not 0 <= tolerance < math.inf:
+            raise InputError(f"--stop {text}: the tolerance must be at least 0 and finite")
+        return StopRule(kind, planners.REGISTRY.entry(name or rest), tolerance)
+
+    @property
+    def text(self) -> str:
+        """Its canonical form."""
+        if self.reference is None:
+            return self.kind
+        return f"{self.kind}:{self.reference.id}:{self.tolerance}"
+
+    def stop_cost(self, reference_length: float | None) -> float:
+        """The length to stop at, given what the reference reached (None: it failed)."""
+        if self.kind == "first":
+            return math.inf
+        if self.kind == "limit" or reference_length is None:
+            return 0.0
+        return (1 + self.tolerance) * reference_length
+
+
+@dataclass(frozen=True)
+class RunConfig:
+    """A run as it was asked for.
+
+    Attributes:
+        problems: the number of problems in each arena.
+        seed: of problems, planners and order.
+        train: whether learned planners without weights are trained first.
+        device: of PyTorch, for planners that take one and were not given another.
+    """
+
+    problem_sets: tuple[ProblemSet, ...]
+    planners: tuple[Entry[Planner], ...]
+    problems: int
+    seed: int
+    time_limit_s: float
+    stop: StopRule
+    jobs: int
+    memory_limit_mb: int
+    train: bool = True
+    device: str = CPU
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Everything besides planner, environment and problem that a measurement depends on."""
+        # Not said of the CPU: what was measured before there was a choice still counts.
+        elsewhere = {} if self.device == CPU else {"device": self.device}
+        return {
+            "rules": RULES,
+            "time_limit_s": self.time_limit_s,
+            "stop": self.stop.text,
+            "jobs": self.jobs,
+            "memory_limit_mb": self.memory_limit_mb,
+            **elsewhere,
+        }
+
+    @property
+    def settings_digest(self) -> str:
+        """A short name for `settings`, equal exactly if they are."""
+        text = json.dumps(self.settings, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+    @property
+    def planner_versions(self) -> dict[str, int]:
+        """By the planners' ids. What another version did does not count as measured."""
+        return {entry.id: entry.spec.version for entry in self.planners}
+
+    def selection(self) -> dict[str, Any]:
+        """JSON data that says which records of a store this run is about."""
+        return {
+            "envs": [
+                {
+                    "id": problem_set.entry.id,
+                    "fingerprint": problem_set.env.fingerprint,
+                    **self._told(problem_set),
+                    "weights": {entry.id: problem_set.weights(entry) for entry in self.planners},
+                }
+                for problem_set in self.problem_sets
+            ],
+            "planners": [entry.id for entry in self.planners],
+            "planner_versions": self.planner_versions,
+            "improves": {entry.id: queries.improves(entry) for entry in self.planners},
+            "problems": self.problems,
+            "seed": self.seed,
+            "settings": self.settings,
+            "settings_digest": self.settings_digest,
+        }
+
+    def _told(self, problem_set: ProblemSet) -> dict[str, Any]:
+        """What is worth knowing of the problems: facts that tables show, and of each problem
+        whether its straight line is blocked."""
+        facts = {"share_of_straight_lines_blocked": share_blocked(problem_set.straight_lines)}
+        census = facts | problem_set.env.problem_statistics(self.problems, self.seed)
+        return {"census": census, "straight_lines": problem_set.straight_lines}
+
+
+@dataclass(frozen=True)
+class ProblemSet:
+    """An environment of a run, made, with its problems.
+
+    Attributes:
+        env: the harness's own, which makes the problems and judges; no planner gets to see it.
+        shown: another one, for what planners are asked.
+        warm_up: a problem of the same kind that is no test problem.
+    """
+
+    entry: Entry[Environment]
+    env: Environment
+    shown: World
+    problems: tuple[Problem, ...]
+    warm_up: Problem
+
+    @staticmethod
+    def make(
+        entry: Entry[Environment], problems: int, seed: int, shown: World | None = None
+    ) -> ProblemSet:
+        """Raises InputError if the environment cannot be made or has too few problems."""
+        env = entry.make()
+        asked = tuple(env.sample_problems(problems, seed))  # first, as its errors say how many
+        [warm_up] = env.sample_problems(1, training_seed("warm-up", seed))
+        return ProblemSet(entry, env, shown or World(entry, entry.make()), asked, warm_up)
+
+    @cached_property
+    def straight_lines(self) -> str:
+        """See `bench.judging.metrics.straight_lines`."""
+        return straight_lines(self.env, self.problems)
+
+    def weights(self, planner: Entry[Planner]) -> str:
+        """The digest of the weights with which a planner plans here now, empty if it has none. What
+        was measured with others is not what is asked for.
+
+        Raises:
+            InputError: they cannot be read.
+        """
+        return queries.weights_digest(planner, self.shown)
+
+
+def make_run_config(
+    *,
+    env: str,
+    planner: str,
+    problems: int,
+    seed: int,
+    time_limit_s: float,
+    stop: str,
+    jobs: int,
+    memory_limit_mb: int,
+    train: bool = True,
+    device: str = CPU,
+) -> RunConfig:
+    """Checks what was asked for.
+
+    Planners chosen by a group ("all") are left out where they support none of the environments.
+    The reference of a match rule is added if it is missing and any of the planners may improve on
+    its first solution in any of the environments. Learned planners run on `device`.
+
+    Raises:
+        InputError: something is unknown or out of range.
+    """
+    check_range("--problems", problems, 1, 1_000_000)
+    check_range("--seed", seed, 0, TEST_SEEDS - 1)
+    check_range("--time-limit", time_limit_s, 0.001, 86_400)
+    _check_jobs(jobs)
+    checked_device(device)
+    check_range("--memory-limit", memory_limit_mb, 256, 2**24)
+    worlds = _distinct([World(entry, entry.make()) for entry in envs.REGISTRY.entries(env)])
+    chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
+    text, told = _paper_rule(worlds) if stop == PAPER else (stop, [])
+    rule = StopRule.parse(text)
+    added = []
+    if rule.reference is not None and any(_improves(entry, worlds) for entry in chosen):
+        added = [rule.reference] if rule.reference.id not in {e.id for e in chosen} else []
+        told += [f"{entry.id} runs too, as the reference of --stop {stop}" for entry in added]
+    elif rule.kind == "match":
+        told = []  # nobody is held to a length
+    chosen = [*added, *chosen]
+    for entry in chosen:  # bad arguments and weights are refused before anything runs
+        for world in worlds:
+            queries.refuse_bad_weights(entry, world)
+    problem_sets = tuple(ProblemSet.make(world.entry, problems, seed, world) for world in worlds)
+    for line in told:  # not before: what is refused is refused in one line
+        logger.info(line)
+    return RunConfig(
+        problem_sets,
+        tuple(chosen),
+        problems,
+        seed,
+        time_limit_s,
+        rule,
+        jobs,
+        memory_limit_mb,
+        train,
+        device,
+    )
+
+
+def _paper_rule(worlds: list[World]) -> tuple[str, list[str]]:
+    """The paper's rule, as far as its reference is there, and what is to be said about it: MPNet's
+    weights are half an hour's work, which a default should not cost."""
+    mpnet = planners.REGISTRY.entry("mpnet")
+    reason = _unsupported_in_any(mpnet, worlds)
+    if reason is None and not any(queries.lacks_weights(mpnet, world) for world in worlds):
+        return "match:mpnet", []
+    why = reason or "it has no weights here"
+    without = _unsupported_in_any(planners.REGISTRY.entry("fmm"), worlds)
+    if without is not None:
+        return "first", [
+            "--stop paper: planners stop at their first solution, as no length is there to match "
+            f"(mpnet: {why}; fmm: {without})"
+        ]
+    return "match:fmm", [f"--stop paper: fmm sets the length to match, as mpnet does not: {why}"]
+
+
+def _unsupported_in_any(planner: Entry[Planner], worlds: list[World]) -> str | None:
+    return next(filter(None, (queries.unsupported(planner, world) for world in worlds)), None)
+
+
+def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
+    """How a planner is made that runs on a device: one that takes an argument of that name and was
+    given none. Which planner it is, and what it is called, does not change by that."""
+    if device == CPU or not queries.takes_device(entry):
+        return entry
+    return Entry(entry.spec, {"device": device, **entry.arguments})
+
+
+def _distinct(worlds: list[World]) -> list[World]:
+    """Each environment once, by its first name: one mesh may have been given by two paths."""
+    first: dict[str, World] = {}
+    for world in worlds:
+        known = first.setdefault(world.env.fingerprint, world)
+        if known is not world:
+            logger.info("%s is the same environment as %s", world.entry.id, known.entry.id)
+    return list(first.values())
+
+
+def _supports(entry: Entry[Planner], worlds: list[World]) -> bool:
+    return any(queries.unsupported(entry, world) is None for world in worlds)
+
+
+def _improves(entry: Entry[Planner], worlds: list[World]) -> bool:
+    """Whether a planner may go on after its first solution anywhere."""
+    return queries.improves(entry) and _supports(entry, worlds)
+
+
+def _check_jobs(jobs: int) -> None:
+    cores = processors.physical_cores()
+    if not 1 <= jobs <= cores:
+        raise InputError(
+            f"--jobs must be between 1 and {cores}, the physical cores here, not {jobs}: "
+            "planners that share a core would measure each other"
+        )
+
+
+def check_range(option: str, value: float, low: float, high: float) -> None:
+    """Raises InputError if the value of an option is not between two others, or not a number."""
+    if not low <= value <= high:
+        raise InputError(f"{option} must be between {low} and {high}, not {value}")

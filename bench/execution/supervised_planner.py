@@ -1,0 +1,169 @@
+"""A planner in an environment for the length of a run: its process, restarted when it dies."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from bench.execution import machine
+from bench.execution.config import ProblemSet, RunConfig, on_device
+from bench.execution.session import Costs, Session
+from bench.execution.worker_process import Attempt, SetUp, WorkerProcess
+from bench.judging.judge import Judgement
+from bench.storage.record import Fault, Record, Verdict
+from envs import InputError, Problem
+from envs.registry import Entry
+from envs.seeding import derived_seed
+from planners import Planner
+
+_OTHER_WEIGHTS = (
+    "the weights were replaced while the run went on; run again to measure the new ones"
+)
+
+SETUP_LIMIT_S = 3600.0
+"""A planner whose `setup` takes longer is killed."""
+
+
+class SupervisedPlanner:
+    """Attempts problems in a worker process.
+
+    The process starts with the first problem, sets the planner up and solves a throw-away
+    problem off the clock. If it dies, the problem at hand is lost and the next gets a new one,
+    which is set up again.
+
+    Args:
+        session: where seconds of setting up are added.
+        unready: why it cannot be set up, if it cannot.
+
+    Attributes:
+        weights: the digest of those that it plans with. Files that others have taken the place of
+            when it is set up again are not used.
+    """
+
+    def __init__(
+        self,
+        problem_set: ProblemSet,
+        planner: Entry[Planner],
+        config: RunConfig,
+        session: Session,
+        unready: SetUp | None = None,
+    ) -> None:
+        self.id = planner.id
+        self.weights = problem_set.weights(planner)
+        self.stopped = False
+        self._problem_set = problem_set
+        self._planner = planner
+        self._config = config
+        self._session = session
+        self._worker: WorkerProcess | None = None
+        self._set_up = unready
+        self._given_up = unready is not None
+        self._has_been_ready = False
+        self._survives_warm_up = True
+
+    def attempt(self, problem: Problem, stop_cost: float) -> Attempt:
+        """One attempt at a problem, whatever becomes of it."""
+        set_up = self._ready()
+        if set_up.fault or self._worker is None:
+            return Attempt(set_up.fault, None, error=f"setup: {set_up.error}")
+        return self._worker.solve(problem, self._config.time_limit_s, stop_cost)
+
+    def confine(self, cpus: Sequence[int]) -> None:
+        """Lets its process run on some processors only; see `machine.confine_process`."""
+        if self._worker is not None and self._worker.alive:
+            machine.confine_process(self._worker.pid, cpus)
+
+    def stop(self) -> None:
+        """Ends the process, also while it is working."""
+        self.stopped = True
+        if self._worker is not None:
+            self._worker.close()
+
+    def record(
+        self, problem: Problem, attempt: Attempt, judged: Judgement | None, **known: Any
+    ) -> Record:
+        """The row for an attempt; `known` are the columns that only the run knows."""
+        set_up = self._set_up or SetUp("", "", 0.0)
+        solved = known["outcome"] == Verdict.VALID.value
+        checks = attempt.stats.get("collision_checks")
+        reason = judged.reason if judged else ""
+        return Record(
+            env=self._problem_set.entry.id,
+            env_fingerprint=self._problem_set.env.fingerprint,
+            planner=self.id,
+            planner_version=self._planner.spec.version,
+            weights=self.weights,
+            problem=problem.index,
+            problems_seed=self._config.seed,
+            settings=self._config.settings_digest,
+            seed=problem.seed,
+            status=attempt.status,
+            verdict=judged.verdict.value if judged else "",
+            solved=int(solved),
+            setup_s=set_up.setup_s,
+            train_s=set_up.train_s,
+            solve_s=attempt.solve_s,
+            cpu_s=attempt.cpu_s,
+            load=attempt.load,
+            length=judged.length if judged else None,
+            safety_margin=judged.safety_margin if judged else None,
+            travel_time=judged.travel_time if judged else None,
+            smoothness=judged.smoothness if judged else None,
+            waypoints=judged.waypoints if judged else None,
+            collision_checks=checks if isinstance(checks, int) else None,
+            peak_memory_mb=attempt.peak_memory_mb,
+            attempt_memory_mb=attempt.attempt_memory_mb,
+            warm=int(self._survives_warm_up),
+            processor=machine.processor(),
+            error=attempt.error or reason,
+            stats=json.dumps(attempt.stats),
+            **known,
+        )
+
+    def _ready(self) -> SetUp:
+        """Sees to it that a process waits for a problem, unless setting up failed at first.
+
+        Where it went well before, its failing costs no more than the problem at hand. A first
+        process that dies may have been killed from outside, so that another is tried.
+        """
+        if self._set_up is None or not (self._given_up or self._alive()):
+            self._set_up = self._started()
+            if self._set_up.fault == Fault.CRASH.value and not self._has_been_ready:
+                self._set_up = self._started()
+            self._given_up = bool(self._set_up.fault) and not self._has_been_ready
+        return self._set_up
+
+    def _started(self) -> SetUp:
+        """How setting up went in a new process."""
+        self._worker = WorkerProcess(
+            self._problem_set.entry,
+            on_device(self._planner, self._config.device),
+            self._problem_set.env.fingerprint,
+            self._config.memory_limit_mb,
+        )
+        seed = derived_seed("planner setup", self._config.seed)
+        set_up = self._worker.set_up(seed, SETUP_LIMIT_S)
+        self._session.add(Costs(setup_s=set_up.setup_s))
+        if not set_up.fault and self._weights_now() != self.weights:
+            set_up = replace(set_up, fault=Fault.ERROR.value, error=_OTHER_WEIGHTS)
+        if set_up.fault:
+            self._worker.close()
+            return set_up
+        self._has_been_ready = True
+        if self._survives_warm_up:
+            self._worker.solve(self._problem_set.warm_up, self._config.time_limit_s, math.inf)
+            self._survives_warm_up = self._alive()
+        return set_up if self._alive() else self._started()
+
+    def _weights_now(self) -> str | None:
+        """The digest of what a process that was just set up has read; None if it is gone."""
+        try:
+            return self._problem_set.weights(self._planner)
+        except InputError:
+            return None
+
+    def _alive(self) -> bool:
+        return self._worker is not None and self._worker.alive

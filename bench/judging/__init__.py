@@ -1,0 +1,1 @@
+"""Whether a path is valid, by the judge, and how good it is, by the metrics."""

@@ -1,0 +1,114 @@
+"""The judge: decides whether a claimed path solves its problem, with its own collision model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.judging import metrics
+from bench.storage.record import MOST_WAYPOINTS, Verdict
+from envs import Environment, Path, Problem
+from envs.collision.continuous import FIRST_QUERIES, UndecidedError
+from envs.problem import Array
+
+ENDPOINT_TOLERANCE = 1e-6
+"""How far first and last waypoint may be from start and goal, in the configurations' unit."""
+
+
+MOST_DIAGONALS = 100.0
+"""How long a path may be, as many times as the bounds are wide."""
+
+_MOST_QUERIES = 100_000
+"""How often the distance of one of the robot's bodies is asked for, for one verdict; each takes
+some hundredths of a millisecond, among meshes tenths."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict with its reason, and the path's numbers as far as they mean something.
+
+    `safety_margin` is the least clearance along the path, in workspace units, to the judge's
+    tolerance; None unless the path is valid.
+    """
+
+    verdict: Verdict
+    reason: str = ""
+    waypoints: int | None = None
+    length: float | None = None
+    safety_margin: float | None = None
+    travel_time: float | None = None
+    smoothness: float | None = None
+
+
+class Judge:
+    """Judges paths in one environment, each within a budget that is counted, not timed, so that
+    verdicts are the same on every machine. Paths that planners find on the way from start to goal
+    stay far within it.
+
+    Args:
+        env: must be the judge's own, made from the spec, never one that a planner has held.
+    """
+
+    def __init__(self, env: Environment) -> None:
+        self._env = env
+        self._model = env.collision_model()
+        self._diagonal = float(np.linalg.norm(env.upper - env.lower))
+
+    def __call__(self, problem: Problem, claimed: Array | None) -> Judgement:
+        """The verdict on a path (k, d) claimed for `problem`."""
+        try:
+            path = Path(claimed).waypoints  # type: ignore[arg-type]  # whatever was claimed
+        except ValueError as error:
+            return Judgement(Verdict.MALFORMED, str(error))
+        if path.shape[1] != self._env.dimension:
+            reason = f"waypoints have {path.shape[1]} coordinates, not {self._env.dimension}"
+            return Judgement(Verdict.MALFORMED, reason)
+        ends = (("start", path[0], problem.start), ("goal", path[-1], problem.goal))
+        for name, there, wanted in ends:
+            gap = float(np.abs(there - wanted).max())
+            if gap > ENDPOINT_TOLERANCE:
+                reason = f"path is {gap:.3g} off the {name}"
+                return Judgement(Verdict.WRONG_ENDPOINT, reason, len(path))
+        inside = self._env.contains(path)
+        if not inside.all():
+            where = int(np.argmin(inside))
+            reason = f"waypoint {where} of {len(path)} is out of bounds"
+            return Judgement(Verdict.OUT_OF_BOUNDS, reason, len(path))
+        length = metrics.path_length(path)
+        too_long = self._too_long(path, length)
+        if too_long:
+            return Judgement(Verdict.NOT_JUDGED, too_long, len(path), length)
+        most_queries = self._most_queries(length)
+        try:
+            margin = self._model.min_clearance(path, most_queries)
+        except UndecidedError:
+            reason = f"{most_queries} configurations on it do not decide whether it is free"
+            return Judgement(Verdict.NOT_JUDGED, reason, len(path), length)
+        if margin <= self._model.tolerance:
+            return Judgement(Verdict.COLLISION, "not proved free of collision", len(path), length)
+        return Judgement(
+            Verdict.VALID,
+            "",
+            len(path),
+            length,
+            margin,
+            metrics.travel_time(path, self._env.speed, self._diagonal / 1000),
+            metrics.smoothness(path),
+        )
+
+    def _too_long(self, path: Array, length: float) -> str:
+        """Why a path is not looked at, if it is not."""
+        if len(path) > MOST_WAYPOINTS:
+            return f"it has {len(path)} waypoints, more than {MOST_WAYPOINTS}"
+        if length > MOST_DIAGONALS * self._diagonal:
+            return f"it is longer than {MOST_DIAGONALS:g} times the diagonal of the bounds"
+        return ""
+
+    def _most_queries(self, length: float) -> int:
+        """Twice what decides about a path that keeps just above the tolerance all the way, up to
+        some number; see `path_min_clearance`."""
+        robot = self._env.robot
+        enough = 2 * (FIRST_QUERIES + 2 * robot.rate_bound * length / self._model.tolerance)
+        most = max(_MOST_QUERIES // max(robot.moving, 1), 2 * FIRST_QUERIES)
+        return int(min(enough, most))

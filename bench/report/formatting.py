@@ -1,0 +1,184 @@
+"""The tables' cells as text, the same in every format.
+
+Each printed number is a rounding of one in `summary.csv`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+
+NUMERIC = ("problems", "n", "offline s")
+"""Columns to set flush right."""
+
+SPREADS = {"std": "standard deviation", "var": "variance"}
+"""What may stand after the ± of a mean, by the end of its column's name in the summary; the paper
+has variances there."""
+
+COMMON_NOTE = "On the problems that every planner solved:"
+
+REACHED = {"best": "s to best", "5_percent": "s to +5 %", "20_percent": "s to +20 %"}
+"""Titles of the seconds to common lengths, by `bench.analysis.timing.LEVELS`."""
+
+REACHED_NOTE = (
+    "Held to: when a planner might stop before the time limit, so that planning times compare only "
+    "between planners held to the same. Seconds to the shortest path of all planners on the same "
+    "problem, and to 5 and 20 % more: medians over these problems, where what was not reached "
+    "takes for ever (a dash: most were not), and the share that was."
+)
+
+BLOCKED_SUCCESS, BLOCKED_LENGTH = "blocked: success %", "blocked: length"
+"""Titles of what is of the problems alone whose straight line is blocked."""
+
+WORDS = ("held to",)
+"""Columns of words, besides names and outcomes."""
+
+NONE = "-"
+"""The cell where there is nothing to tell."""
+
+_LONGEST_REASON = 120
+
+
+def success_note(spread: str) -> str:
+    """What the main table's numbers are."""
+    return (
+        f"Time, length and safety margin are over verified successes: mean ± {SPREADS[spread]} "
+        "(median). Success is of all attempts, with the 95 % Wilson interval; a dash stands where "
+        "nothing was attempted, with the reason under outcomes. Offline is setup, "
+        "and training of the weights in use."
+    )
+
+
+def success_rows(summary: pd.DataFrame, spread: str) -> list[dict[str, str]]:
+    """The main table, column names to cells; see `bench.analysis.summary.summarise`.
+
+    `spread` is one of `SPREADS`. Where it is known which straight lines are blocked, success and
+    length on those problems have columns of their own.
+    """
+    known = summary["blocked_attempted"].notna().any()
+    return [
+        {
+            "env": row["env"],
+            "planner": row["planner"],
+            "problems": f"{row['problems']}",
+            "success %": success(row),
+            "time s": _moments(row, "time_s", spread, 3),
+            "length": _moments(row, "length", spread, 2),
+            "safety margin": _moments(row, "safety_margin", spread, 2),
+            **(_blocked(row) if known else {}),
+            "offline s": number(row["offline_s"], 2),
+            "outcomes": counted(outcomes(row)) + because(row),
+        }
+        for row in summary.to_dict("records")
+    ]
+
+
+def common_rows(common: pd.DataFrame) -> list[dict[str, str]]:
+    """The table of commonly solved problems; see `bench.analysis.summary.common_problems`."""
+    return [
+        {
+            "env": row["env"],
+            "planner": row["planner"],
+            "n": f"{row['problems']}",
+            "length": number(row["length_mean"], 2),
+            "safety margin": number(row["safety_margin_mean"], 2),
+            "held to": NONE if pd.isna(row["held_to"]) else str(row["held_to"]),
+            **{title: _reached(row, level) for level, title in REACHED.items()},
+        }
+        for row in common.to_dict("records")
+    ]
+
+
+def _reached(row: dict[Any, Any], level: str) -> str:
+    """How soon a planner came to a common length, and on how many of the problems."""
+    time_s, share = row[f"time_s_to_{level}"], row[f"share_to_{level}"]
+    if pd.isna(share):
+        return NONE
+    seconds = number(time_s, 4) if math.isfinite(time_s) else NONE
+    return f"{seconds} ({100 * share:.0f} %)"
+
+
+def _blocked(row: dict[Any, Any]) -> dict[str, str]:
+    """What a planner did where the straight line is blocked."""
+    rate = row["blocked_success_rate"]
+    return {
+        BLOCKED_SUCCESS: NONE if pd.isna(rate) else _percent(rate),
+        BLOCKED_LENGTH: number(row["blocked_length_mean"], 2),
+    }
+
+
+def success(row: dict[Any, Any]) -> str:
+    """The success rate of a row of the summary, in percent, with its interval."""
+    if pd.isna(row["success_rate"]):
+        return NONE
+    rate, low, high = (_percent(row[f"success_{what}"]) for what in ("rate", "low", "high"))
+    return f"{rate} [{low}, {high}]"
+
+
+def number(value: float, digits: int) -> str:
+    """A number with so many decimals, a dash for none."""
+    return NONE if pd.isna(value) else f"{value:.{digits}f}"
+
+
+def duration(seconds: float) -> str:
+    """Seconds in the unit that suits them: s, min, h or d."""
+    if math.isnan(seconds):
+        return NONE
+    for least, unit in ((2 * 86_400, "d"), (2 * 3600, "h"), (120, "min")):
+        if seconds >= least:
+            length = {"d": 86_400, "h": 3600, "min": 60}[unit]
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def outcomes(row: dict[Any, Any]) -> dict[str, str]:
+    """How often what came of attempts, of a row of the summary; success with another planner's
+    help is counted again."""
+    counts = {name: f"{count}" for name, count in json.loads(row["status_counts"]).items()}
+    if not pd.isna(row["fallbacks"]):
+        counts["with fallback"] = f"{row['fallbacks']:.0f}"
+    return counts
+
+
+def because(row: dict[Any, Any]) -> str:
+    """Why a planner was not attempted, of a row of the summary, in one short line; empty if it
+    was."""
+    reason = row["reason"]
+    if pd.isna(reason):
+        return ""
+    words = " ".join(str(reason).split())
+    return f": {words if len(words) <= _LONGEST_REASON else words[: _LONGEST_REASON - 1] + '…'}"
+
+
+def left_out_note(left_out: Mapping[str, Mapping[str, int]]) -> str:
+    """Who is not in the table of commonly solved problems, empty if all are there; see
+    `bench.analysis.summary.left_out_of_common`."""
+    parts = [
+        f"`{planner}` in `{env}` ({count} solved)"
+        for env, planners in left_out.items()
+        for planner, count in planners.items()
+    ]
+    if not parts:
+        return ""
+    reason = "with them no problem, or none whose straight line is blocked, was solved by all"
+    return f"Left out, as {reason}: {', '.join(parts)}."
+
+
+def counted(outcomes: dict[str, str]) -> str:
+    """Such counts as a cell."""
+    return ", ".join(f"{name} {count}" for name, count in outcomes.items())
+
+
+def _moments(row: dict[Any, Any], name: str, spread: str, digits: int) -> str:
+    mean, around, median = (
+        number(row[f"{name}_{of}"], digits) for of in ("mean", spread, "median")
+    )
+    return NONE if mean == NONE else f"{mean} ± {around} ({median})"
+
+
+def _percent(rate: float) -> str:
+    return f"{100 * rate:.1f}"

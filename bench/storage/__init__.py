@@ -1,0 +1,1 @@
+"""Records of attempts, and the file that holds them."""

@@ -1,0 +1,165 @@
+"""The row that every attempt leaves: its columns, their words, and the history of its best cost."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, fields
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from envs.problem import Array
+from planners import Status
+
+
+class Fault(str, Enum):
+    """What befell an attempt, where the planner could not say so itself."""
+
+    ERROR = "ERROR"  # it raised an exception
+    LEFT_RUNNING = "LEFT_RUNNING"  # threads or processes of its own went on after it returned
+    CRASH = "CRASH"  # its process died
+    KILLED = "KILLED"  # it ignored the deadline and was ended
+    OUT_OF_MEMORY = "OUT_OF_MEMORY"  # it wanted more than the memory limit
+    UNSUPPORTED = "UNSUPPORTED"  # it said that it cannot plan in this environment
+    SKIPPED = "SKIPPED"  # it would have had to be trained first, which was ruled out
+
+
+class Verdict(str, Enum):
+    """What the judge finds of a claimed path."""
+
+    VALID = "VALID"
+    COLLISION = "COLLISION"
+    OUT_OF_BOUNDS = "OUT_OF_BOUNDS"
+    WRONG_ENDPOINT = "WRONG_ENDPOINT"
+    MALFORMED = "MALFORMED"
+    NOT_JUDGED = "NOT_JUDGED"  # judging would take more than any honest path needs
+
+
+LATE = "LATE"
+"""The outcome of a valid path that came after the time limit."""
+
+MOST_WAYPOINTS = 2**20
+"""Paths of more are neither judged nor kept."""
+
+NOT_ATTEMPTED = (Fault.UNSUPPORTED.value, Fault.SKIPPED.value)
+"""Statuses of rows in which nothing was measured."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One attempt. Lengths are in the environment's unit, times in seconds.
+
+    `status` is the planner's claim or the fault; `verdict` is the judge's, empty without a path;
+    `outcome` is what the tables count: the verdict on a claimed solution, `LATE`, or the status.
+
+    `weights` is the digest of the numbers that a learned planner used, "" for any other. `cpu_s`
+    is the processor's time of the attempt, threads and children included, `processor` the name of
+    the machine's, and `load` how many of its cores were busy with something else meanwhile.
+    `peak_memory_mb` is the most that the process held during the attempt, `attempt_memory_mb` how
+    much that is more than it held before. What was not measured is None.
+    """
+
+    run_id: str
+    env: str
+    env_fingerprint: str
+    planner: str
+    planner_version: int
+    weights: str
+    problem: int
+    problems_seed: int
+    settings: str
+    seed: int
+    status: str
+    verdict: str
+    outcome: str
+    solved: int
+    setup_s: float
+    train_s: float
+    solve_s: float | None
+    cpu_s: float | None
+    load: float | None
+    length: float | None
+    safety_margin: float | None
+    travel_time: float | None
+    smoothness: float | None
+    waypoints: int | None
+    collision_checks: int | None
+    peak_memory_mb: float | None
+    attempt_memory_mb: float | None
+    warm: int
+    processor: str
+    measured_at: str
+    error: str
+    stats: str
+    path: bytes | None = field(repr=False)
+
+
+KEY = ("planner", "env_fingerprint", "problem", "problems_seed", "settings", "weights")
+"""What makes an attempt the same attempt."""
+
+COLUMNS = tuple(f.name for f in fields(Record))
+
+
+def outcome(status: str, verdict: str, solve_s: float | None, time_limit_s: float) -> str:
+    """What the tables count an attempt as; `Verdict.VALID` is success."""
+    if status != Status.EXACT_SOLUTION.value:
+        return status
+    if verdict == Verdict.VALID.value and (solve_s is None or solve_s > time_limit_s):
+        return LATE
+    return verdict or Verdict.MALFORMED.value
+
+
+def encode_path(path: Array | None) -> bytes | None:
+    """A path (k, d) as bytes, its shape in front; None for None, for arrays of other ranks, and for
+    paths of more than `MOST_WAYPOINTS`."""
+    if path is None or path.ndim != 2 or len(path) > MOST_WAYPOINTS:
+        return None
+    head = json.dumps(list(path.shape)).encode() + b"\n"
+    return head + np.ascontiguousarray(path, dtype="<f8").tobytes()
+
+
+def decode_path(data: bytes) -> Array:
+    """The path (k, d) that `encode_path` wrote."""
+    head, _, numbers = data.partition(b"\n")
+    shape: list[Any] = json.loads(head)
+    return np.frombuffer(numbers, dtype="<f8").reshape(shape).astype(np.float64)
+
+
+def cost_history(stats: str) -> Array:
+    """(n, 2), in order of time: seconds since the start of `solve`, and the length of the best path
+    so far in the environment's unit, both finite. Empty if the planner keeps none, or one that
+    cannot be read, as in stores of before such were refused.
+
+    Args:
+        stats: JSON, as in `bench.storage.record.Record`.
+    """
+    stored = json.loads(stats)
+    told = readable_history(stored.get("cost_history")) if isinstance(stored, dict) else None
+    if told is None:
+        return np.zeros((0, 2))
+    finite = told[np.isfinite(told).all(axis=1)]
+    return finite[np.argsort(finite[:, 0], kind="stable")]
+
+
+def readable_history(told: Any) -> Array | None:
+    """What a planner told as its `cost_history` as (n, 2): seconds, finite and at least 0, and
+    costs, which are numbers. None if it is anything else; planners are strangers' programs, and
+    their word reaches stores.
+
+    Args:
+        told: JSON data.
+    """
+    if not isinstance(told, list):
+        return None
+    try:
+        pairs = np.array(told) if told else np.zeros((0, 2))
+    except ValueError:  # not every item is as long as the first
+        return None
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iuf":
+        return None
+    history: Array = pairs.astype(np.float64)
+    times, costs = history.T
+    if not (np.isfinite(times) & (times >= 0)).all() or np.isnan(costs).any():
+        return None
+    return history

@@ -1,0 +1,224 @@
+"""The contract of an environment, and the paper's speed model."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envs.collision import continuous as batched
+from envs.collision.fcl_model import DEFAULT_TOLERANCE, Allowed, CollisionModel, LowerBounds
+from envs.collision.shapes import Obstacle, Robot
+from envs.problem import Array, Problem
+
+_FINEST = 2e-5
+"""The least tolerance, by the extent of a scene: what the judge asks to decide on a segment grows
+with the inverse of this."""
+
+
+class Environment(ABC):
+    """A robot, a scene and the bounds of the configuration space.
+
+    Attributes:
+        lower, upper: (d,) bounds of the configurations, in the environment's unit.
+        min_clearance: least clearance of a problem's start and goal, in workspace units.
+        robot: the moving body.
+        obstacles: shapes in the workspace frame.
+        speed_model: equation 3 with this environment's constants.
+    """
+
+    lower: Array
+    upper: Array
+    min_clearance: float
+    robot: Robot
+    obstacles: Sequence[Obstacle]
+    speed_model: SpeedModel
+
+    @property
+    def dimension(self) -> int:
+        """d, the number of coordinates of a configuration."""
+        return len(self.lower)
+
+    @property
+    def extent(self) -> float:
+        """How far from each other, along an axis, places can be that the robot comes to, in
+        workspace units: by default, for robots that translate, the largest side of the bounds."""
+        return float((self.upper - self.lower).max())
+
+    @property
+    def tolerance(self) -> float:
+        """To which the judge decides (see `CollisionModel`), in workspace units: 1e-3, but in
+        scenes of more than 50 units a 50,000th of the `extent`, up to a quarter of what the ends
+        of problems keep clear."""
+        return min(max(DEFAULT_TOLERANCE, _FINEST * self.extent), self.min_clearance / 4)
+
+    @property
+    def planning_tolerance(self) -> float:
+        """For planners, in workspace units: motions found free at this one have more than the
+        judge's tolerance everywhere, so that it refuses none of them. At the judge's own, half of
+        that would be accepted."""
+        return 2 * self.tolerance
+
+    @property
+    def free_bounds(self) -> tuple[Array, Array]:
+        """Corners (d,) of a box within the bounds that holds all of free space: by default the
+        bounds themselves. Samplers need not look elsewhere."""
+        return self.lower, self.upper
+
+    @property
+    def is_interior(self) -> bool:
+        """Whether free space is the inside of rooms, where thin walls part places that are close
+        together; by default not."""
+        return False
+
+    @abstractmethod
+    def clearance(self, q: Array) -> Array:
+        """Signed distance (n,) from the robot at configurations (n, d) to the obstacles.
+
+        In workspace units: exact in free space, negative in collision, by the depth if that is
+        known.
+        """
+
+    def approximate_clearance(self, q: Array) -> Array:
+        """`clearance` for learning, which asks for millions: where that is slow it may be off by
+        a small share of the speed model's d_max, and the first call may take a while."""
+        return self.clearance(q)
+
+    @abstractmethod
+    def sample_problems(self, n: int, seed: int) -> list[Problem]:
+        """The first `n` test problems of `seed`, the same on every machine.
+
+        A larger `n` only adds problems at the end.
+
+        Raises:
+            InputError: the scene leaves too little free space.
+        """
+
+    def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
+        """What is worth knowing of how the first `n` problems of `seed` came about: numbers by
+        what they count, which tables show."""
+        return {}
+
+    @abstractmethod
+    def definition(self) -> dict[str, Any]:
+        """Everything that defines the scene and its problems, as JSON data."""
+
+    def family(self) -> Sequence[Environment]:
+        """Scenes of the same kind, for learners that are to generalise over scenes; this one
+        alone by default. Environments with an equal `family_fingerprint` have equal families."""
+        return [self]
+
+    def family_definition(self) -> dict[str, Any]:
+        """What environments of a family have in common, as JSON data."""
+        return self.definition()
+
+    def symmetries(self) -> Array:
+        """Orthogonal matrices (k, d, d) about the middle of the bounds that turn scenes of the
+        family, workspace and configurations alike, into equally likely ones; by default none
+        besides the identity."""
+        return np.eye(self.dimension)[None]
+
+    @property
+    def allowed(self) -> Allowed | None:
+        """Where configurations may be, besides being in contact with nothing: for obstacles that
+        are surfaces. See `CollisionModel`."""
+        return None
+
+    @property
+    def lower_bounds(self) -> LowerBounds | None:
+        """Quick lower bounds of distances, which spare exact ones; by default none. See
+        `CollisionModel`."""
+        return None
+
+    def speed(self, q: Array) -> Array:
+        """Speeds S*(q) (n,) at configurations (n, d)  (equation 3)."""
+        return self.speed_model(self.clearance(q))
+
+    def speed_on_grid(self, q: Array) -> Array:
+        """`speed` for planners on grids, which ask for millions: by `approximate_clearance` where
+        that is never more than the exact one."""
+        return self.speed(q)
+
+    def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
+        """Which paths, each (k, d), are proved free of collision, (n,) of bool, by the
+        environment's batched clearances. See `envs.collision.continuous.paths_are_free`."""
+        return batched.paths_are_free(self.clearance, self.robot.rate_bound, paths, tolerance)
+
+    def contains(self, q: Array) -> Any:
+        """Whether configurations (n, d) lie within the bounds, (n,) of bool.
+
+        An excess of one part in 10^9 of the extent is taken for rounding.
+        """
+        slack = 1e-9 * (self.upper - self.lower)
+        return ((q >= self.lower - slack) & (q <= self.upper + slack)).all(axis=-1)
+
+    def collision_model(self, tolerance: float | None = None) -> CollisionModel:
+        """A new FCL model of this robot and scene, which decides to a tolerance in workspace units,
+        by default that of the judge (`tolerance`)."""
+        decides_to = self.tolerance if tolerance is None else tolerance
+        return CollisionModel(
+            self.robot, self.obstacles, decides_to, self.allowed, self.lower_bounds
+        )
+
+    @property
+    def fingerprint(self) -> str:
+        """A digest of `definition()`: equal exactly if scene and problems are equal."""
+        return _digest(self.definition())
+
+    @property
+    def family_fingerprint(self) -> str:
+        """A digest of `family_definition()`."""
+        return _digest(self.family_definition())
+
+    def configurations(self, q: Array) -> Array:
+        """`q` as float64 (n, d).
+
+        Raises:
+            ValueError: it has another shape.
+        """
+        array = np.asarray(q, dtype=np.float64)
+        if array.ndim != 2 or array.shape[1] != self.dimension:
+            raise ValueError(f"configurations must be (n, {self.dimension}), not {array.shape}")
+        return array
+
+
+def _digest(definition: dict[str, Any]) -> str:
+    text = json.dumps(definition, sort_keys=True, allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class SpeedModel:
+    """S*(q) = s_const / d_max * clip(clearance(q), d_min, d_max)  (equation 3).
+
+    Distances are in the environment's workspace unit. The speed is `s_const` in the open and
+    falls linearly to `s_const * d_min / d_max` near and inside obstacles.
+
+    Where obstacles are thin, that is too fast for walls: to cross one may take less time than
+    the way round through a door. So there `contact`, if not 0, is the speed at contact and inside
+    obstacles, to which it goes on falling below d_min, linearly in log scale.
+    """
+
+    d_min: float
+    d_max: float
+    s_const: float = 1.0
+    contact: float = 0.0
+
+    def __call__(self, clearance: Array) -> Array:
+        """Speeds for clearances of any shape."""
+        speed: Array = self.s_const / self.d_max * np.clip(clearance, self.d_min, self.d_max)
+        if self.contact:
+            depth = 1 - np.clip(clearance / self.d_min, 0, 1)
+            speed *= (self.contact * self.d_max / (self.s_const * self.d_min)) ** depth
+        return speed
+
+    @property
+    def ratio(self) -> float:
+        """The highest speed by the lowest."""
+        return self.s_const / self.contact if self.contact else self.d_max / self.d_min

@@ -1,0 +1,1 @@
+"""Files from outside: names of files, and meshes in their formats."""

@@ -1,0 +1,93 @@
+"""Whether two configurations of an arm are joined by a path, as far as a long search can show.
+
+RRT-Connect (Kuffner and LaValle 2000) with certified motions, compiled, on the spheres that cover
+the links: what it joins is joined. It only decides which problems are asked; no planner sees it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+
+from envs.collision.primitive_sdf import SceneArrays
+from envs.problem import Array
+from envs.robots.arm import RobotArrays
+from envs.robots.arm_clearance import segment_is_free
+
+ITERATIONS = 4000
+"""Of a search before it gives up."""
+
+_STEP = 0.5
+"""The longest motion, in radians or metres."""
+
+
+def is_connected(
+    arm: RobotArrays,
+    scene: SceneArrays,
+    start: Array,
+    goal: Array,
+    samples: Array,
+    tolerance: float,
+) -> bool:
+    """Whether a search that draws `samples` (n, d) joins two configurations (d,) by motions that
+    are certified to a tolerance in metres."""
+    return bool(_joined(arm, scene, start, goal, samples, _STEP, tolerance))
+
+
+_jit = numba.njit(cache=True, nogil=True)
+
+
+@_jit
+def _nearest(tree: Any, size: int, q: Any) -> int:
+    best, least = 0, np.inf
+    for n in range(size):
+        squared = 0.0
+        for i in range(len(q)):
+            squared += (tree[n, i] - q[i]) ** 2
+        if squared < least:
+            best, least = n, squared
+    return best
+
+
+@_jit
+def _extended(
+    arm: Any, scene: Any, tree: Any, size: int, q: Any, step: float, tolerance: float
+) -> tuple[int, bool]:
+    """Grows a tree by one motion toward a configuration: its new size, and whether it is there."""
+    near = _nearest(tree, size, q)
+    way = q - tree[near]
+    length = np.sqrt((way**2).sum())
+    there = length <= step
+    tip = q.copy() if there else tree[near] + way * (step / length)
+    if size == len(tree) or not segment_is_free(arm, scene, tree[near], tip, tolerance):
+        return size, False
+    tree[size] = tip
+    return size + 1, there
+
+
+@_jit
+def _joined(
+    arm: Any, scene: Any, start: Any, goal: Any, samples: Any, step: float, tolerance: float
+) -> bool:
+    if segment_is_free(arm, scene, start, goal, tolerance):
+        return True
+    trees = np.empty((2, 20 * len(samples), len(start)))
+    trees[0, 0], trees[1, 0] = start, goal
+    sizes = np.ones(2, dtype=np.int64)
+    for n in range(len(samples)):
+        this, other = n % 2, 1 - n % 2
+        before = sizes[this]
+        sizes[this], _ = _extended(arm, scene, trees[this], before, samples[n], step, tolerance)
+        if sizes[this] == before:
+            continue
+        tip = trees[this, before]
+        while True:
+            before = sizes[other]
+            sizes[other], there = _extended(arm, scene, trees[other], before, tip, step, tolerance)
+            if there:
+                return True
+            if sizes[other] == before:
+                break
+    return False

@@ -1,0 +1,286 @@
+"""Coordinates of free space that know its walls: the slow modes of diffusion in it.
+
+Places on either side of a thin wall are close together, but far from each other in travel time.
+A smooth function of position alone cannot tell them apart. The eigenvectors of the smallest
+eigenvalues of the graph Laplacian of free space (Belkin and Niyogi, "Laplacian Eigenmaps", 2003)
+can: they change within rooms slowly, through doors faster, and across walls not continuously.
+Each divided by the root of its eigenvalue, their squared distance is the effective resistance
+between two places (Klein and Randic, "Resistance distance", 1993), which grows with the way round.
+
+They are a w-space encoding of the obstacles that is computed instead of learned: it depends on
+speeds alone, and no path and no travel time goes into it.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy import ndimage, sparse
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import eigsh
+from torch import Tensor, nn
+
+from envs.compiled import QUICK
+from envs.problem import Array
+from envs.seeding import stream
+from planners.fields.clearance_field import Surroundings, View, clearance_at
+
+_SPACING = 0.35
+"""Between the nodes of the graph, by d_max, unless there would be too many."""
+
+_MOST_NODES = 40_000
+"""That are free: more take too long to solve, and too much room in files of weights."""
+
+_LEAST_CLEARANCE = 0.02
+"""Of a free node, by d_max."""
+
+
+class Modes(nn.Module):
+    """The first modes on a grid, and in files of weights.
+
+    Half the distance between two places' modes, squared, is a length in the networks' space: the
+    effective resistance between them, scaled so that its median over pairs of places is that of
+    their distance.
+
+    Args:
+        surroundings: of the environment.
+        count: of modes.
+    """
+
+    def __init__(self, surroundings: Surroundings, count: int) -> None:
+        super().__init__()
+        self.count = count
+        self._surroundings = surroundings
+        self.shape: Tensor
+        self.free: Tensor
+        self.table: Tensor
+        self.unit: Tensor
+        self.register_buffer("shape", torch.full((3,), 3, dtype=torch.int32))
+        self.register_buffer("free", torch.zeros(4, dtype=torch.uint8))
+        self.register_buffer("table", torch.zeros((0, count), dtype=torch.int16))
+        self.register_buffer("unit", torch.ones(count))
+        self._held: Held | None = None
+
+    def solve(self, seed: int) -> None:
+        """Computes the modes of the largest component of free space."""
+        graph = _FreeGraph(self._surroundings)
+        values, eigenvalues = graph.modes(self.count, seed)
+        values /= np.sqrt(eigenvalues)
+        self._keep(graph.free, values)
+        self._keep(graph.free, 2 * values * np.sqrt(self._lengths_by_resistance(seed)))
+
+    @property
+    def view(self) -> Held:
+        """What compiled code is given."""
+        if self._held is None:
+            shape = tuple(int(n) for n in self.shape)
+            bits = np.unpackbits(self.free.cpu().numpy())[: int(np.prod(shape))]
+            free = bits.reshape(shape).astype(np.bool_)
+            table = self.table.cpu().numpy() * self.unit.cpu().numpy()
+            self._held = Held.of(free, table.astype(np.float32), self._surroundings)
+        return self._held
+
+    def _keep(self, free: NDArray[np.bool_], values: Array) -> None:
+        """Takes values (nodes, m) at free nodes, in sixteen bits each."""
+        unit = np.abs(values).max(axis=0) / np.iinfo(np.int16).max
+        self.shape = torch.tensor(free.shape, dtype=torch.int32)
+        self.free = torch.from_numpy(np.packbits(free))
+        self.table = torch.from_numpy(np.rint(values / unit).astype(np.int16))
+        self.unit = torch.from_numpy(unit.astype(np.float32))
+        self._held = None
+
+    def _lengths_by_resistance(self, seed: int) -> float:
+        about, view = self._surroundings, self._surroundings.view
+        rng = stream("pairs for modes", seed)
+        x = rng.uniform(about.lower, about.upper, (20_000, 3))
+        x = x[about.clearance(x) > _LEAST_CLEARANCE]
+        a, b = x[: len(x) // 2], x[len(x) // 2 : 2 * (len(x) // 2)]
+        resistance = ((modes_of(self.view, view, a) - modes_of(self.view, view, b)) ** 2).sum(
+            axis=1
+        )
+        return float(np.median(np.linalg.norm(a - b, axis=1)) / np.median(resistance))
+
+    def _load_from_state_dict(self, state: Any, prefix: str, *rest: Any) -> None:
+        for name in ("shape", "free", "table", "unit"):  # their sizes are the environment's
+            if prefix + name in state:
+                setattr(self, name, torch.empty_like(state[prefix + name]))
+        if self.table.ndim != 2 or self.table.shape[1] != self.count:
+            raise ValueError(f"there should be {self.count} modes")
+        self._held = None
+        super()._load_from_state_dict(state, prefix, *rest)
+
+
+class _FreeGraph:
+    """Nodes of a regular grid that are free, in one component, and the conductances between them.
+
+    Attributes:
+        free: (nx, ny, nz) which nodes these are.
+    """
+
+    def __init__(self, about: Surroundings) -> None:
+        spacing = _SPACING * about.view.reach
+        while True:
+            shape = np.ceil((about.upper - about.lower) / spacing).astype(int) + 1
+            shape = np.maximum(shape, 3)  # for quadratic splines
+            nodes = _nodes_of(about, shape)
+            clear = about.clearance(nodes.reshape(-1, 3)) > _LEAST_CLEARANCE
+            if clear.sum() <= _MOST_NODES:
+                break
+            spacing *= 1.1
+        self._about = about
+        laplacian, members = self._connected(nodes, clear.reshape(nodes.shape[:3]))
+        self._laplacian = laplacian
+        self.free = np.zeros(clear.shape, dtype=np.bool_)
+        self.free[np.flatnonzero(clear)[members]] = True
+        self.free = self.free.reshape(nodes.shape[:3])
+
+    def modes(self, count: int, seed: int) -> tuple[Array, Array]:
+        """The slowest modes (nodes, count) but for the constant one, each of mean square 1, and
+        their eigenvalues (count,)."""
+        n = len(self._laplacian.indptr) - 1
+        begin = stream("modes", seed).normal(size=n)
+        least = 1e-6 * float(self._laplacian.diagonal().mean())
+        found, vectors = eigsh(self._laplacian, k=count + 1, sigma=-least, v0=begin)
+        order = np.argsort(found)[1:]
+        modes: Array = vectors[:, order] * np.sqrt(n)
+        return modes, found[order]
+
+    def _connected(
+        self, nodes: Array, clear: NDArray[np.bool_]
+    ) -> tuple[sparse.csc_matrix, NDArray[np.int64]]:
+        """The Laplacian of the largest component of the free nodes, and its members among them.
+
+        The conductance between neighbours is the mean speed on the way, and 0 through walls.
+        """
+        number = np.cumsum(clear).reshape(clear.shape) - 1
+        ends, conductances = [], []
+        for axis in range(3):
+            this = tuple(slice(0, -1) if a == axis else slice(None) for a in range(3))
+            next = tuple(slice(1, None) if a == axis else slice(None) for a in range(3))
+            both = clear[this] & clear[next]
+            a, b = nodes[this][both], nodes[next][both]
+            length = np.linalg.norm(b - a, axis=1)
+            ends.append(np.stack([number[this][both], number[next][both]]))
+            speed = length / self._about.straight_times(a, b)
+            conductances.append(speed * (self._about.view.reach / length) ** 2)
+        pair, weight = np.concatenate(ends, axis=1), np.concatenate(conductances)
+        n = int(clear.sum())
+        half = sparse.coo_matrix((weight[weight > 0], pair[:, weight > 0]), (n, n))
+        whole = (half + half.T).tocsr()
+        _, component = connected_components(whole, directed=False)
+        members = np.flatnonzero(component == np.bincount(component).argmax())
+        whole = whole[members][:, members]
+        laplacian = sparse.diags(np.asarray(whole.sum(axis=1)).ravel()) - whole
+        return laplacian.tocsc(), members
+
+
+def _nodes_of(about: Surroundings, shape: Any) -> Array:
+    """Positions (nx, ny, nz, 3) of the nodes of the regular grid of a shape (3,)."""
+    axes = [np.linspace(a, b, n) for a, b, n in zip(about.lower, about.upper, shape, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+
+class Held(NamedTuple):
+    """Modes on a grid as compiled code sees them.
+
+    Attributes:
+        row: (nx, ny, nz) that of `values` of a node, or of the nearest free one.
+        free: (nx, ny, nz) whether it is free.
+        values: (rows, m).
+        lower, spacing: (3,) the first node, and the distance to the next along each axis.
+    """
+
+    row: NDArray[np.int32]
+    free: NDArray[np.bool_]
+    values: NDArray[np.float32]
+    lower: Array
+    spacing: Array
+
+    @staticmethod
+    def of(free: NDArray[np.bool_], values: NDArray[np.float32], about: Surroundings) -> Held:
+        """Modes (nodes, m) of the free nodes, in their order."""
+        row = np.cumsum(free).reshape(free.shape) - 1
+        nearest = ndimage.distance_transform_edt(~free, return_distances=False, return_indices=True)
+        spacing = (about.upper - about.lower) / (np.array(free.shape) - 1)
+        rows = row[tuple(nearest)].astype(np.int32)
+        return Held(rows, free, values, about.lower, spacing)
+
+
+NO_MODES = Held(
+    np.zeros((3, 3, 3), dtype=np.int32),
+    np.zeros((3, 3, 3), dtype=np.bool_),
+    np.zeros((1, 0), dtype=np.float32),
+    np.zeros(3),
+    np.ones(3),
+)
+"""Where there are none."""
+
+_jit = numba.njit(cache=True, fastmath=QUICK)
+
+_HARDLY = 1e-6
+"""The weight of a node that is not free; one that cannot be seen has ten times that."""
+
+
+@_jit
+def modes_at(held: Any, about: Any, x: Any, found: Any) -> None:
+    """Writes the modes (m,) at (3,): quadratic splines, weighted by how well nodes are seen."""
+    base = np.empty(3, dtype=np.int64)
+    spline = np.empty((3, 3))
+    for axis in range(3):
+        last = held.row.shape[axis] - 1
+        u = min(max((x[axis] - held.lower[axis]) / held.spacing[axis], 0.0), float(last))
+        base[axis] = min(max(round(u), 1), last - 1)
+        t = min(max(u - base[axis], -0.5), 0.5)
+        spline[axis, 0] = 0.5 * (0.5 - t) ** 2
+        spline[axis, 1] = 0.75 - t * t
+        spline[axis, 2] = 0.5 * (0.5 + t) ** 2
+    found[:] = 0
+    total = 0.0
+    for a in range(3):
+        for b in range(3):
+            for c in range(3):
+                i, j, k = base[0] + a - 1, base[1] + b - 1, base[2] + c - 1
+                weight = spline[0, a] * spline[1, b] * spline[2, c]
+                if weight < 1e-9:
+                    continue
+                if held.free[i, j, k]:
+                    weight *= _seen(held, about, x, i, j, k) + 10 * _HARDLY
+                else:
+                    weight *= _HARDLY
+                total += weight
+                row = held.row[i, j, k]
+                for m in range(len(found)):
+                    found[m] += weight * held.values[row, m]
+    for m in range(len(found)):
+        found[m] /= total
+
+
+@_jit
+def _seen(held: Any, about: Any, x: Any, i: int, j: int, k: int) -> float:
+    """From 0, where a wall is between (3,) and a node, to 1."""
+    dx = held.lower[0] + i * held.spacing[0] - x[0]
+    dy = held.lower[1] + j * held.spacing[1] - x[1]
+    dz = held.lower[2] + k * held.spacing[2] - x[2]
+    least = 1.0
+    for s in range(1, 5):
+        t = 0.2 * s
+        least = min(least, clearance_at(about, x[0] + t * dx, x[1] + t * dy, x[2] + t * dz))
+    t = min(max((least + 0.03) / 0.06, 0.0), 1.0)
+    return t * t * (3 - 2 * t)
+
+
+def modes_of(held: Held, about: View, x: Array) -> Array:
+    """Modes (n, m) at (n, 3), see `modes_at`."""
+    found = np.empty((len(x), held.values.shape[1]))
+    _all_modes(held, about, np.ascontiguousarray(x, dtype=np.float64), found)
+    return found
+
+
+@_jit
+def _all_modes(held: Any, about: Any, x: Any, found: Any) -> None:
+    for n in range(len(x)):
+        modes_at(held, about, x[n], found[n])

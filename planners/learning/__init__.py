@@ -1,0 +1,1 @@
+"""What all learned planners share: weights, data, training."""

@@ -1,0 +1,1 @@
+"""The planners of OMPL behind our contract."""

@@ -1,0 +1,223 @@
+"""OMPL's sampling planners through one adapter; each planner is a spec."""
+
+from __future__ import annotations
+
+import math
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from envs import Environment, InputError, Problem
+from envs.collision.shapes import Mesh
+from envs.problem import Array
+from envs.seeding import training_seed
+from planners.base import Budget, Planner, PlannerResult, Status
+from planners.ompl import parameters
+from planners.ompl.parameters import set_parameters
+from planners.ompl.validity import (
+    Progress,
+    Validity,
+    box_space,
+    path_length,
+    space_information,
+    state_of,
+    values,
+)
+
+_ROADMAPS = ("PRMstar", "LazyPRMstar")
+
+_FIRST_SOLUTION_ONLY = ("RRTConnect", "FMT")
+"""Planners that end with their first solution, whatever time is left."""
+
+PAPERS = math.nan
+"""Stands for the seconds of growing a roadmap that the paper's tables have: it plans with one
+where obstacles are meshes (Gibson), by LazyPRM*, and without one elsewhere."""
+_PAPERS_ROADMAP_S = 40.0
+_MOST_ROADMAP_S = 86_400  # a day
+
+_GROWTH_OF_LAZY_ROADMAP = 0.02
+"""The share of its time in which LazyPRM*'s roadmap grows; in the rest its edges are checked. In a
+generated house 1 s of growth gives 158,000 edges, which 24 s check."""
+
+_LEAD_S = 0.01
+_LEAD_SHARE = {"LazyPRMstar": 0.05, "AITstar": 0.1, "BITstar": 0.2}
+_LEAD_SHARE_OTHERS = 0.02
+"""How long before the deadline OMPL is told to stop, in seconds and as a share of the time given.
+It ends its current iteration after that, and these planners' iterations grow long: with 5 s, 0.1 s
+were seen in LazyPRM*, 0.3 s in AIT* and 1 s in BIT*."""
+
+
+class OmplPlanner(Planner):
+    """A planner of `ompl.geometric` over the box of joint values.
+
+    States are checked by the environment's FCL model and motions by its certified segment check,
+    so that no path is lost to a resolution that the planner never chose. A planner that tests
+    states along an edge itself gets a state check with a margin that closes the gaps between
+    them. The objective is path length; planning stops at the budget's cost.
+
+    Args:
+        algorithm: the class in `ompl.geometric`.
+        simplify: shorten and smooth the path with OMPL's PathSimplifier, on the clock.
+        roadmap_s: at most so many seconds of growing a roadmap offline, no more than a day. PRM*
+            keeps it, and lets it grow, from problem to problem; LazyPRM*, whose later edges are
+            unchecked, begins each problem with it as it was. 0 plans every problem from nothing.
+            By default see `PAPERS`.
+        parameters: of the OMPL planner, by OMPL's names ("range", "goal_bias", ...), see
+            `ompl_parameters.set_parameters`.
+
+    Raises:
+        InputError: a parameter is unknown to the algorithm, or its value is refused.
+    """
+
+    def __init__(
+        self,
+        algorithm: str,
+        *,
+        simplify: bool = False,
+        roadmap_s: float = PAPERS,
+        **parameters: Any,
+    ) -> None:
+        if not (0 <= roadmap_s <= _MOST_ROADMAP_S or math.isnan(roadmap_s)):
+            raise InputError(f"roadmap_s must be between 0 and {_MOST_ROADMAP_S}, not {roadmap_s}")
+        if roadmap_s > 0 and algorithm not in _ROADMAPS:
+            raise InputError(f"{algorithm} keeps no roadmap; roadmap_s is for PRM* and LazyPRM*")
+        self.improves = algorithm not in _FIRST_SOLUTION_ONLY
+        self._algorithm = algorithm
+        self._simplify = simplify
+        self._roadmap_s = roadmap_s
+        self._parameters = {name: str(value) for name, value in parameters.items()}
+        self._kept: Any = None
+        self._roadmap: Any = None
+        if parameters:
+            self._make(space_information(box_space(np.zeros(2), np.ones(2))))
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        _, _, util = parameters.load()
+        self._space = box_space(*env.free_bounds)  # samples elsewhere would be in vain
+        self._model = env.collision_model(env.planning_tolerance)
+        self._si = space_information(self._space)
+        self._progress = Progress()
+        self._validity = Validity(self._si, env, self._model, self._algorithm, self._progress)
+        self._si.setup()
+        # One for all problems: a planner that is kept looks only at the first it was given.
+        self._objective = path_length(self._si)
+        seconds = self._roadmap_seconds(env)
+        if seconds:
+            util.RNG.setSeed(seed)
+            self._kept = self._make(self._si)
+            [problem] = env.sample_problems(1, training_seed("ompl roadmap", seed))
+            self._grow(problem, seconds)
+
+    def _grow(self, problem: Problem, seconds: float) -> None:
+        """Grows the roadmap on one problem. LazyPRM*'s edges are not checked then, and those that
+        are blocked would be found one path at a time, so most of its time goes into checking."""
+        end = perf_counter() + seconds
+        lazy = self._algorithm == "LazyPRMstar"
+        share = _GROWTH_OF_LAZY_ROADMAP if lazy else 1.0
+        self._run(self._kept, problem, share * seconds, stop_cost=0.0)
+        if lazy:
+            self._roadmap = self._checked(self._kept, end)
+
+    def _checked(self, planner: Any, end: float) -> Any:
+        """A planner's roadmap without the edges that are found to be blocked until `end`, on
+        `time.perf_counter`."""
+        base, _, util = parameters.load()
+        data = base.PlannerData(self._si)
+        planner.getPlannerData(data)
+        data.decoupleFromPlanner()
+        states = [self._values(data.getVertex(i).getState()) for i in range(data.numVertices())]
+        for i, state in enumerate(states):
+            neighbours = util.vectorUint()
+            data.getEdges(i, neighbours)
+            for j in list(neighbours):
+                if perf_counter() > end:
+                    break
+                if j > i and not self._model.segment_is_free(state, states[j]):
+                    data.removeEdge(i, j)
+                    data.removeEdge(j, i)
+        data.computeEdgeWeights(self._objective)
+        return data
+
+    def _roadmap_seconds(self, env: Environment) -> float:
+        if not math.isnan(self._roadmap_s):
+            return self._roadmap_s
+        among_meshes = any(isinstance(obstacle, Mesh) for obstacle in env.obstacles)
+        return _PAPERS_ROADMAP_S if self._algorithm == "LazyPRMstar" and among_meshes else 0.0
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        _, geometric, util = parameters.load()
+        checks = self._model.checks
+        if self._roadmap is not None:
+            util.RNG.setSeed(problem.seed)
+            planner = self._with_parameters(geometric.LazyPRMstar(self._roadmap))
+        elif self._kept is None:
+            util.RNG.setSeed(problem.seed)
+            planner = self._make(self._si)
+        else:
+            planner = self._kept
+            planner.clearQuery()
+        seconds = self._usable(budget)
+        definition, status = self._run(planner, problem, seconds, budget.stop_cost)
+        path = definition.getSolutionPath() if definition.hasSolution() else None
+        if path is not None and self._simplify and definition.hasExactSolution():
+            geometric.PathSimplifier(self._si).simplify(path, self._usable(budget))
+        stats = {
+            "collision_checks": self._model.checks - checks,
+            "cost_history": self._progress.history,
+        }
+        if path is None:
+            return PlannerResult(status, None, stats)
+        states = [self._values(state) for state in path.getStates()]
+        # FMT*'s path to where it is already has one state.
+        waypoints = np.array(states if len(states) > 1 else 2 * states)
+        exact = definition.hasExactSolution()
+        status = Status.EXACT_SOLUTION if exact else Status.APPROXIMATE_SOLUTION
+        return PlannerResult(status, waypoints, stats)
+
+    def _usable(self, budget: Budget) -> float:
+        """Seconds to give OMPL, so that it has ended when the budget does."""
+        lead = _LEAD_SHARE.get(self._algorithm, _LEAD_SHARE_OTHERS)
+        return max(0.0, budget.remaining() * (1 - lead) - _LEAD_S)
+
+    def _run(
+        self, planner: Any, problem: Problem, seconds: float, stop_cost: float
+    ) -> tuple[Any, Status]:
+        """Plans for at most `seconds`; the problem definition with its solutions, and the status
+        that holds if there are none."""
+        base, _, _ = parameters.load()
+        definition = base.ProblemDefinition(self._si)
+        definition.setStartAndGoalStates(
+            state_of(problem.start, self._space), state_of(problem.goal, self._space)
+        )
+        self._objective.setCostThreshold(base.Cost(stop_cost))
+        definition.setOptimizationObjective(self._objective)
+        planner.setProblemDefinition(definition)
+        if not planner.isSetup():
+            planner.setup()
+        self._progress.begin(planner)
+        # Not solve(seconds): that one polls the clock from a thread.
+        answer = planner.solve(base.timedPlannerTerminationCondition(seconds))
+        self._progress.end()
+        return definition, _STATUS.get(answer.getStatus().name, Status.TIMEOUT)
+
+    def _values(self, state: Any) -> Array:
+        return values(state, self._space.getDimension())
+
+    def _make(self, si: Any) -> Any:
+        """A new planner with our parameters."""
+        _, geometric, _ = parameters.load()
+        return self._with_parameters(getattr(geometric, self._algorithm)(si))
+
+    def _with_parameters(self, planner: Any) -> Any:
+        _, _, util = parameters.load()
+        own = ["simplify", *(["roadmap_s"] if self._algorithm in _ROADMAPS else [])]
+        set_parameters(planner, self._algorithm, self._parameters, own, util.vectorString())
+        return planner
+
+
+_STATUS = {
+    "INVALID_START": Status.INVALID_START,
+    "INVALID_GOAL": Status.INVALID_GOAL,
+    "INFEASIBLE": Status.INFEASIBLE,
+}
