@@ -1,11 +1,33 @@
 """What is planned in: robots, scenes, collision checking, problems."""
 
-from envs.environment import Environment
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from envs.errors import InputError
-from envs.problem import Path, Problem
 from envs.registry import Registry, Spec
 
+if TYPE_CHECKING:
+    from envs.environment import Environment
+    from envs.problem import Path, Problem
+
 __all__ = ["Environment", "InputError", "Path", "Problem", "Spec", "REGISTRY", "make"]
+
+_LATER = {
+    "Environment": "envs.environment",
+    "Path": "envs.problem",
+    "Problem": "envs.problem",
+}
+"""Imported when they are asked for: whoever only lists what there is does without NumPy."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = getattr(import_module(_LATER[name]), name)
+    return globals()[name]
+
 
 REGISTRY: Registry[Environment] = Registry(
     "environment",
@@ -66,7 +88,7 @@ REGISTRY: Registry[Environment] = Registry(
         ),
     ],
     entry_point_group="bench.envs",
-    base=Environment,
+    base="envs.environment:Environment",
 )
 
 

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous as batched
-from envs.collision.fcl_model import DEFAULT_TOLERANCE, Allowed, CollisionModel, LowerBounds
+from envs.collision.continuous import DEFAULT_TOLERANCE
+from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
 from envs.collision.shapes import Obstacle, Robot
 from envs.problem import Array, Problem
 

@@ -1,12 +1,27 @@
 """How a path is found: planners behind one contract."""
 
-from typing import Any
+from __future__ import annotations
 
-from envs import Spec
-from envs.registry import Registry
-from planners.base import Budget, Planner, PlannerResult, Status
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from envs.registry import Registry, Spec
+
+if TYPE_CHECKING:
+    from planners.base import Budget, Planner, PlannerResult, Status
 
 __all__ = ["Budget", "Planner", "PlannerResult", "Status", "REGISTRY", "make"]
+
+
+_LATER = ("Budget", "Planner", "PlannerResult", "Status")
+"""Of `planners.base`, imported when they are asked for, as in `envs`."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = getattr(import_module("planners.base"), name)
+    return globals()[name]
 
 
 def _ompl(
@@ -112,7 +127,7 @@ REGISTRY: Registry[Planner] = Registry(
         ),
     ],
     entry_point_group="bench.planners",
-    base=Planner,
+    base="planners.base:Planner",
 )
 
 

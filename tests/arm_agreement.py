@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from exact_arms import ExactArm
 
-from envs.collision.fcl_model import DEFAULT_TOLERANCE
+from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.problem import Array
 from envs.robots import arm_clearance
 from envs.scenes.arm_world import ArmWorld

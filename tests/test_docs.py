@@ -30,7 +30,7 @@ def test_every_bench_command_is_accepted() -> None:
     shown = [*commands("\n".join(step.get("run", "") for step in steps())), *commands(TEXT)]
     assert [arguments[0] for arguments in shown] == ["run", "check"] * 2, "done, and in its comment"
     for arguments in shown:
-        chosen = vars(app._parse(arguments))
+        chosen = vars(app.parse(arguments))
         if "env" in chosen:
             assert envs.REGISTRY.entries(chosen["env"])
             assert planners.REGISTRY.entries(chosen["planners"])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
+
 LARGE = ("torch", "matplotlib", "plotly", "skfmm")
 
 TEXT = f"""
@@ -22,3 +24,22 @@ def test_sampling_planners_do_without_large_libraries() -> None:
     done = subprocess.run([sys.executable, "-c", TEXT], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == ""
+
+
+NUMERICAL = ("numpy", "scipy", "numba", "pandas", "torch", "matplotlib", "trimesh", "fcl", "ompl")
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--version"], ["--help"], ["run", "--help"], ["list"], ["list", "--json"]]
+)
+def test_nothing_numerical_is_imported_before_it_is_used(arguments: list[str]) -> None:
+    text = (
+        "import sys\nfrom bench.cli import main\n"
+        f"code = main({arguments})\n"
+        f"print([name for name in {NUMERICAL} if name in sys.modules], file=sys.stderr)\n"
+        "sys.exit(code)"
+    )
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stdout
+    assert done.stderr.strip() == "[]"

@@ -1,28 +1,21 @@
-"""The command line: arguments to calls."""
+"""The command line: arguments to calls, and every mistake in one line."""
 
 from __future__ import annotations
 
-import argparse
 import os
-import re
 import sys
 import time
 from collections.abc import Sequence
 from errno import EDQUOT, EFBIG, EIO, ENOSPC, EPIPE, EROFS
-from importlib import metadata
-from typing import NoReturn
+from importlib import import_module
+from types import SimpleNamespace
 
-import psutil
+import click
 
-from bench.cli import terminal
-from bench.cli.arguments import COMMANDS
-from bench.execution.launch import COMMAND
-from bench.execution.planner_host import hosting
-from envs import InputError
-from envs.errors import suggestion
-from planners import user_plugins as planner_files
+from bench.cli import interface, terminal
+from envs.errors import InputError
 
-BAD_INPUT, INTERRUPTED = 2, 130
+DONE, BAD_INPUT, INTERRUPTED = 0, 2, 130
 
 _NOT_WRITTEN = (EPIPE, ENOSPC, EDQUOT, EFBIG, EROFS, EIO)
 """Errors of a full disk, and of output that nobody reads."""
@@ -32,12 +25,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and gives the exit code."""
     terminal.prepare()
     try:
-        chosen = _parse(arguments)
-        chosen.started_s = _since_process_start() if arguments is None else 0.0
-        files = chosen.planner_file
-        with COMMAND.begun(), hosting(), planner_files.registered(files):
-            COMMAND.check_program()
-            code: int = chosen.command(chosen)
+        chosen = parse(sys.argv[1:] if arguments is None else arguments)
+        code = DONE if chosen is None else _carried_out(chosen, by_user=arguments is None)
         print(end="", flush=True)  # what cannot be written shall fail here
     except InputError as error:
         terminal.note(f"bench: error: {error}")
@@ -54,6 +43,36 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
+def parse(arguments: Sequence[str]) -> SimpleNamespace | None:
+    """A command's arguments by name, and as `does` where in `bench.cli` it is carried out; None if
+    help or the version was asked for and has been printed.
+
+    Raises:
+        InputError: they are none that the command takes.
+    """
+    try:
+        chosen = interface.bench.main(list(arguments), prog_name="bench", standalone_mode=False)
+    except click.ClickException as error:
+        context = getattr(error, "ctx", None)
+        where = context.command_path if context else "bench"
+        raise InputError(f"{error.format_message()} (see {where} --help)") from None
+    return chosen if isinstance(chosen, SimpleNamespace) else None
+
+
+def _carried_out(chosen: SimpleNamespace, *, by_user: bool) -> int:
+    """The exit code of a command."""
+    from bench.execution.launch import COMMAND
+    from bench.execution.planner_host import hosting
+    from planners import user_plugins
+
+    chosen.started_s = _since_process_start() if by_user else 0.0
+    with COMMAND.begun(), hosting(), user_plugins.registered(vars(chosen).get("planner_file", ())):
+        COMMAND.check_program()
+        module, _, function = chosen.does.partition(":")
+        code: int = getattr(import_module(f"bench.cli.{module}"), function)(chosen)
+    return code
+
+
 def _let_go_of_output() -> None:
     """At its end, Python would try again to write what is left, and fail in its own words."""
     if sys.stdout is not None:
@@ -61,34 +80,9 @@ def _let_go_of_output() -> None:
 
 
 def _since_process_start() -> float:
+    import psutil
+
     return time.time() - psutil.Process().create_time()
-
-
-def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    """The arguments, with a suggestion for what is not among them."""
-    chosen, unknown = _parser().parse_known_args(arguments)
-    if unknown:
-        options = re.findall(r"--[a-z-]+", chosen.parser.format_help())
-        raise InputError(f"unknown argument {unknown[0]!r}; {suggestion(unknown[0], set(options))}")
-    return chosen
-
-
-class _Parser(argparse.ArgumentParser):
-    """Reports a wrong argument in one line."""
-
-    def error(self, message: str) -> NoReturn:
-        raise InputError(f"{message} (see {self.prog} --help)")
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="bench", description="Benchmark of robot motion planners.", allow_abbrev=False
-    )
-    parser.add_argument("--version", action="version", version=metadata.version("plannerbench"))
-    subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in COMMANDS:
-        add(subparsers)
-    return parser
 
 
 if __name__ == "__main__":

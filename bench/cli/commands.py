@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
-import json
 import signal
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+
+import numpy as np
 
 import envs
 import planners
@@ -20,15 +20,15 @@ from bench.execution import weights_manager
 from bench.execution.config import check_range, make_run_config, on_device
 from bench.report import comparison_text, markdown, regression_text, writers
 from envs import InputError
-from envs.errors import printable
-from envs.registry import Registry
 from envs.scenes.arm_world import ArmWorld
 
 DONE, REGRESSION, NOTHING_MEASURED = 0, 1, 3
 FAILED = DIFFERENT = 1
 
+_SPREADS = {"deviation": "std", "variance": "var"}
 
-def run(chosen: argparse.Namespace) -> int:
+
+def run(chosen: SimpleNamespace) -> int:
     """`bench run`."""
     config = make_run_config(
         env=chosen.env,
@@ -50,7 +50,7 @@ def run(chosen: argparse.Namespace) -> int:
     return DONE if summary.attempted(recorded.records) else NOTHING_MEASURED
 
 
-def train(chosen: argparse.Namespace) -> int:
+def train(chosen: SimpleNamespace) -> int:
     """`bench train`."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     file = weights_manager.train(
@@ -65,19 +65,19 @@ def train(chosen: argparse.Namespace) -> int:
     return DONE
 
 
-def report(chosen: argparse.Namespace) -> int:
+def report(chosen: SimpleNamespace) -> int:
     """`bench report`."""
     formats = writers.chosen_formats(chosen.format)
     runs = [RunResults.read(folder) for folder in chosen.dirs]
     if chosen.out is not None:
         runs = [RunResults.joined(runs)]
-    for run in (dataclasses.replace(run, spread=chosen.spread) for run in runs):
+    for run in (dataclasses.replace(run, spread=_SPREADS[chosen.spread]) for run in runs):
         writers.write(run, chosen.out or run.folders[0], formats)
         tell(markdown.text(run))
     return DONE
 
 
-def compare(chosen: argparse.Namespace) -> int:
+def compare(chosen: SimpleNamespace) -> int:
     """`bench compare`."""
     a = RunResults.read(chosen.a)
     b = a if chosen.b is None else RunResults.read(chosen.b)
@@ -90,7 +90,7 @@ def compare(chosen: argparse.Namespace) -> int:
     return DONE
 
 
-def check(chosen: argparse.Namespace) -> int:
+def check(chosen: SimpleNamespace) -> int:
     """`bench check`."""
     wanted = regression.CheckOptions.parse(
         alpha=chosen.alpha,
@@ -129,7 +129,7 @@ def _tell(text: str, out: Path | None) -> None:
     tell(text)
 
 
-def show(chosen: argparse.Namespace) -> int:
+def show(chosen: SimpleNamespace) -> int:
     """`bench show`."""
     # Matplotlib takes a second, which only this command needs.
     from bench.report import arm_scene, scene
@@ -148,13 +148,13 @@ def show(chosen: argparse.Namespace) -> int:
     return DONE
 
 
-def field(chosen: argparse.Namespace) -> int:
+def field(chosen: SimpleNamespace) -> int:
     """`bench field`."""
     from bench.report import field as fields  # matplotlib, as above
 
     env = envs.REGISTRY.entry(chosen.env)
     world = env.make()
-    where = fields.Slice.through(world, chosen.source)
+    where = fields.Slice.through(world, chosen.source and np.array(chosen.source))
     found = {}
     for entry in planners.REGISTRY.entries(chosen.planners):
         entry = on_device(entry, chosen.device).imported()
@@ -170,7 +170,7 @@ def field(chosen: argparse.Namespace) -> int:
     return DONE
 
 
-def paper(chosen: argparse.Namespace) -> int:
+def paper(chosen: SimpleNamespace) -> int:
     """`bench paper`."""
     from bench.paper import runner  # matplotlib, as above
     from bench.paper.experiment import Place
@@ -189,7 +189,7 @@ def paper(chosen: argparse.Namespace) -> int:
     return DONE
 
 
-def test_planner(chosen: argparse.Namespace) -> int:
+def test_planner(chosen: SimpleNamespace) -> int:
     """`bench test-planner`."""
     check_range("--time-limit", chosen.time_limit, 0.001, 86_400)
     env = envs.REGISTRY.entry(chosen.env)
@@ -205,38 +205,8 @@ def test_planner(chosen: argparse.Namespace) -> int:
     return FAILED if any(f.outcome is conformance.Outcome.FAILED for f in found) else DONE
 
 
-def replay(chosen: argparse.Namespace) -> int:
+def replay(chosen: SimpleNamespace) -> int:
     """`bench replay`."""
     found = replaying.replay(chosen.dir, chosen.planner, chosen.problem, chosen.env)
     tell(found.text)
     return DIFFERENT if found.difference else DONE
-
-
-def list_(chosen: argparse.Namespace) -> int:
-    """`bench list`."""
-    wanted: dict[str, Registry[Any]] = {"planners": planners.REGISTRY, "envs": envs.REGISTRY}
-    if chosen.what:
-        wanted = {chosen.what: wanted[chosen.what]}
-    listed = {
-        what: [
-            {
-                "id": spec.id,
-                "description": spec.description,
-                "version": spec.version,
-                "aliases": list(spec.aliases),
-                "groups": list(spec.groups),
-                "not_repeatable": spec.not_repeatable,
-                "origin": spec.origin,
-            }
-            for spec in registry.specs()
-        ]
-        for what, registry in wanted.items()
-    }
-    if chosen.json:
-        tell(json.dumps(listed, indent=2))
-        return DONE
-    for what, specs in listed.items():
-        tell(f"{what}:")
-        for spec in specs:
-            tell(f"  {spec['id']:<20} {printable(str(spec['description']))}")
-    return DONE

@@ -13,18 +13,20 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import planners
-from bench.execution import protocol
-from bench.execution.child_process import ChildProcess
 from bench.execution.planner_queries import HOSTED, PlannerError, World
 from envs import InputError
 from envs.errors import brief
 from envs.registry import Entry
 from envs.registry.plugins import PlugIns
 from envs.registry.spec import Spec, check_form
-from planners import Planner
+
+if TYPE_CHECKING:
+    from bench.execution.child_process import ChildProcess
+    from bench.execution.protocol import Message
+    from planners import Planner
 
 logger = logging.getLogger(__name__)
 
@@ -42,6 +44,8 @@ class PlannerHost:
         Raises:
             InputError: it does, or the process has died.
         """
+        from bench.execution.child_process import ChildProcess  # not for commands that ask nothing
+
         with self._asking:
             if self._child is None or not self._child.alive:
                 self._child = ChildProcess("bench.execution.planner_host_process")
@@ -52,7 +56,9 @@ class PlannerHost:
             raise InputError(str(message["error"]))
         return message["answer"]
 
-    def _exchange(self, child: ChildProcess, request: protocol.Message) -> protocol.Message:
+    def _exchange(self, child: ChildProcess, request: Message) -> Message:
+        from bench.execution import protocol
+
         child.resume()
         try:
             protocol.send(child.connection, request)
@@ -96,7 +102,7 @@ class HostedPlugIns(PlugIns):
     """Planners of packages and files, looked at in the process."""
 
     def __init__(self, here: PlugIns, host: PlannerHost) -> None:
-        super().__init__(here.kind, here.group, here.base)
+        super().__init__(here.kind, here.group, here.declared_base)
         self._host = host
 
     def of_packages(self) -> list[Spec]:

@@ -12,14 +12,17 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
-from typing import Any, Concatenate, ParamSpec, Protocol, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, TypeGuard, TypeVar
 
 import planners
-from envs import Environment, InputError
+from envs import InputError
 from envs.errors import reason
 from envs.registry import Entry
-from planners import Planner
-from planners.learning.learned_planner import LearnedPlanner, check_weights
+
+if TYPE_CHECKING:  # commands that ask nothing do without what these import
+    from envs import Environment
+    from planners import Planner
+    from planners.learning.learned_planner import LearnedPlanner
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -125,6 +128,8 @@ def takes_device(planner: Entry[Planner]) -> bool:
 @_query
 def is_learned(planner: Entry[Planner]) -> bool:
     """Whether it has weights for each environment."""
+    from planners.learning.learned_planner import LearnedPlanner
+
     return issubclass(planner.spec.load(), LearnedPlanner)
 
 
@@ -148,6 +153,8 @@ def weights_digest(planner: Entry[Planner], world: World) -> str:
 @_query
 def refuse_bad_weights(planner: Entry[Planner], world: World) -> None:
     """Raises InputError if it would find weights there that it cannot use, or cannot be made."""
+    from planners.learning.learned_planner import check_weights
+
     check_weights(planner.make(), world.env)
 
 
@@ -172,6 +179,7 @@ def train(planner: Entry[Planner], world: World) -> None:
         InputError: the weights cannot be kept.
     """
     from bench.execution.weights_manager import train as trained
+    from planners.learning.learned_planner import LearnedPlanner
 
     made = planner.make()
     assert isinstance(made, LearnedPlanner)
@@ -179,6 +187,8 @@ def train(planner: Entry[Planner], world: World) -> None:
 
 
 def _lacks_weights(planner: Planner, env: Environment) -> TypeGuard[LearnedPlanner]:
+    from planners.learning.learned_planner import LearnedPlanner
+
     return (
         isinstance(planner, LearnedPlanner)
         and planner.unsupported(env) is None

@@ -143,7 +143,8 @@ def _meaning(check: Check) -> str:
         )
     if any(finding.verdict is RegressionVerdict.BLIND for finding in check.findings):
         told.append(
-            f"“{RegressionVerdict.BLIND.value}”: with so few problems, or so few solved in the baseline, no "
+            f"“{RegressionVerdict.BLIND.value}”: with so few problems, or so few solved in the "
+            "baseline, no "
             "outcome would have been a regression; take more problems, or a larger --alpha."
         )
     return " ".join(told)

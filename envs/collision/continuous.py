@@ -21,7 +21,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.fcl_model import DEFAULT_TOLERANCE
 from envs.problem import Array
 
 Clearance = Callable[[Array], float]
@@ -31,6 +30,8 @@ FIRST_QUERIES = 10_000
 
 _Interval = tuple[float, int, int, float, float, float, float]
 """How low the clearance can fall in it, and its place; see `_Search._add`."""
+
+DEFAULT_TOLERANCE = 1e-3
 
 
 def segment_is_free(

@@ -18,12 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous
+from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.gjk import least_distance, put
 from envs.collision.separation import least_separation, separations, shapes_of
 from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, PlacedShape, Robot, Solid
 from envs.problem import Array
-
-DEFAULT_TOLERANCE = 1e-3
 
 Allowed = Callable[[Array], NDArray[np.bool_]]
 

@@ -21,9 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from envs.errors import InputError, reason
-from envs.registry import spec
 from envs.registry.arguments import typed_arguments
-from envs.registry.spec import Spec, check_form
+from envs.registry.spec import Spec, check_form, digest, is_file, load_class, module_of
 
 logger = logging.getLogger(__name__)
 
@@ -46,11 +45,18 @@ class PlugIns:
     Args:
         kind: what they offer, for messages ("planner").
         group: of the entry points under which packages announce them; each loads to a `Spec`.
-        base: what their classes must be subclasses of.
+        base: what their classes must be subclasses of, or its entry point, to be imported when it
+            is needed.
     """
 
-    def __init__(self, kind: str, group: str, base: type) -> None:
-        self.kind, self.group, self.base = kind, group, base
+    def __init__(self, kind: str, group: str, base: type | str) -> None:
+        self.kind, self.group, self.declared_base = kind, group, base
+
+    @property
+    def base(self) -> type:
+        """What their classes must be subclasses of."""
+        declared = self.declared_base
+        return load_class(declared) if isinstance(declared, str) else declared
 
     def of_packages(self) -> list[Spec]:
         """The specs that installed packages announce. A broken one is named in a warning."""
@@ -81,11 +87,11 @@ class PlugIns:
         Raises:
             InputError: the file cannot be read or run, or defines none.
         """
-        if not spec.is_file(file.name):
+        if not is_file(file.name):
             raise InputError(f"{file} is no file of Python, whose name ends in .py")
         file = file.resolve()
         try:
-            module = spec.module_of(str(file))
+            module = module_of(str(file))
         except InputError:
             raise
         except (Exception, SystemExit) as error:
@@ -130,7 +136,7 @@ def _spec_of(cls: type, file: Path) -> Spec:
     said: dict[str, Any] = {
         "id": re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "-", cls.__name__).lower(),
         "description": ((cls.__doc__ or "").strip() or cls.__name__).splitlines()[0],
-        "version": int(spec.digest(file)[:_VERSION_DIGITS], 16),
+        "version": int(digest(file)[:_VERSION_DIGITS], 16),
     }
     for name, kind in _SAID.items():
         value = getattr(cls, name, None)

@@ -99,14 +99,14 @@ class Registry(Generic[T]):
         kind: what it holds, for messages ("planner").
         specs: its own, in the order in which they are listed.
         entry_point_group: under which other packages announce more; each loads to a `Spec`.
-        base: what their classes must be subclasses of.
+        base: what their classes must be subclasses of, or its entry point.
 
     Attributes:
         plugins: who looks at what others add.
     """
 
     def __init__(
-        self, kind: str, specs: Iterable[Spec], entry_point_group: str, base: type = object
+        self, kind: str, specs: Iterable[Spec], entry_point_group: str, base: type | str = object
     ) -> None:
         self.kind = kind
         self.plugins = PlugIns(kind, entry_point_group, base)

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import json
+import re
 import sqlite3
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from click.shell_completion import ShellComplete
 from conftest import Cli, Refused
+
+from bench.analysis import regression
+from bench.cli import interface
+from bench.conformance.trials import TIME_LIMIT_S
+from bench.report import writers
 
 
 def run(*more: object) -> tuple[object, ...]:
@@ -33,7 +40,7 @@ def run(*more: object) -> tuple[object, ...]:
         (run("extra"), "unknown argument 'extra'"),
         (("list", "--jsn"), "did you mean '--json'"),
         (run("--problems", 0), "--problems must be between"),
-        (run("--problems", "many"), "invalid int value"),
+        (run("--problems", "many"), "'many' is not a valid integer"),
         (run("--seed", -1), "--seed must be between"),
         (run("--time-limit", 0), "--time-limit must be between"),
         (run("--time-limit", "nan"), "--time-limit must be between"),
@@ -60,8 +67,10 @@ def run(*more: object) -> tuple[object, ...]:
         (("run", "--env", "c3d\n\x1b[2J", "--planners", "fmm"), r"'c3d\n\x1b[2J'"),
         (("paper", "--only", "../scenes"), "did you mean 'scenes'?"),
         (("check", "nowhere", "--baseline", "/etc/passwd"), "nowhere holds no run.sqlite"),
-        (("list", "nothing"), "invalid choice"),
-        (("lst",), "invalid choice"),
+        (("list", "nothing"), "'nothing' is not one of"),
+        (("lst",), "unknown command 'lst'; did you mean 'list'?"),
+        (("--verson",), "did you mean '--version'?"),
+        (("field", "--env", "c3d", "--source", "1,b", "--out", "x.png"), "'1,b' is not numbers"),
         ((), "COMMAND"),
         (("show", "--env", "c3d"), "--out"),
     ],
@@ -170,10 +179,31 @@ def test_list(bench: Cli) -> None:
     assert "c3d" not in out
 
 
-def test_help_names_every_command(bench: Cli, capfd: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        bench("--help")
-    assert ended.value.code == 0
-    out = capfd.readouterr().out
-    for command in ("run", "report", "show", "list"):
-        assert command in out
+def test_help_names_every_command(bench: Cli) -> None:
+    code, out, _ = bench("--help")
+    assert code == 0
+    sections = re.findall(r"^(\w+):\n((?:  .*\n)+)", out, re.MULTILINE)
+    listed = [line.split()[0] for name, lines in sections[1:] for line in lines.splitlines()]
+    assert [name for name, _ in sections] == ["Options", "Measure", "Report", "Try"]
+    assert sorted(listed) == sorted(interface.bench.commands)
+    assert len(listed) == 11
+
+
+def test_help_of_a_command_says_what_can_be_chosen(bench: Cli) -> None:
+    for command, names in (("report", writers.FORMATS), ("check", regression.MEASURES)):
+        code, out, _ = bench(command, "--help")
+        assert code == 0
+        assert set(names) <= set(re.findall(r"[a-z-]+", out)), "written out there"
+    assert f"(default: {TIME_LIMIT_S:g})" in bench("test-planner", "--help")[1]
+
+
+def test_a_shell_completes_the_last_name() -> None:
+    def completed(line: str) -> list[str]:
+        *words, last = line.split(" ")
+        found = ShellComplete(interface.bench, {}, "bench", "_BENCH_COMPLETE")
+        return [item.value for item in found.get_completions(words, last)]
+
+    assert completed("re") == ["report", "replay"]
+    assert completed("run --prob") == ["--problems"]
+    assert completed("run --env bun") == ["bunny"]
+    assert completed("run --planners fmm,rrts") == ["fmm,rrtstar"]

@@ -21,7 +21,7 @@ import envs
 from bench.judging.judge import ENDPOINT_TOLERANCE, Judge
 from bench.storage.record import Verdict
 from envs import Environment, Problem
-from envs.collision.fcl_model import DEFAULT_TOLERANCE
+from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.problem import Array
 
 pytestmark = pytest.mark.minutes

@@ -180,12 +180,12 @@ def _until(holds: Callable[[], bool]) -> None:
 
 
 CHANGES = {
-    "the judge": "import bench.judging.judge\nbench.judge.Judge.__call__ = lambda *a: None",
-    "its module": "import bench.execution.runner\nbench.runner.Judge = object",
+    "the judge": "import bench.judging.judge\nbench.judging.judge.Judge.__call__ = lambda *a: None",
+    "its module": "import bench.execution.runner\nbench.execution.runner.Judge = object",
     "its code": "from bench.judging.judge import Judge\n"
     "def f(self, problem, path): pass\nJudge.__call__.__code__ = f.__code__",
-    "a constant": "import bench.storage.record\nbench.record.LATE = 'VALID'",
-    "the clock": "import bench.execution.runner\nbench.runner.monotonic = lambda: 0.0",
+    "a constant": "import bench.storage.record\nbench.storage.record.LATE = 'VALID'",
+    "the clock": "import bench.execution.runner\nbench.execution.runner.monotonic = lambda: 0.0",
     "what is imported later": "from envs.scenes.cluttered import Cluttered3D\n"
     "Cluttered3D.clearance = lambda self, q: None",
     "when it is made": "CHANGES_WHEN_MADE = True",

@@ -72,7 +72,7 @@ def test_one_that_solves_nothing_is_left_out_of_the_common_problems_by_name() ->
     assert table["problems"].tolist() == [1, 1]
     assert summary.left_out_of_common(pd.DataFrame(rows)) == {"c3d": {"hopeless": 0}}
     text = markdown.text(recorded(rows))
-    assert "solved by all: `unsolvable_problem` in `c3d` (0 solved)" in text
+    assert "solved by all: `hopeless` in `c3d` (0 solved)" in text
     assert "Left out" not in markdown.text(recorded(ROWS)), "c did not take part"
 
 

@@ -1,0 +1,375 @@
+"""The commands, with their arguments, options and help.
+
+Nothing of the rest of the program is imported here, so that help and version come at once; each
+command imports what it needs when it is carried out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import click
+
+from envs.errors import InputError, UnknownNameError, suggestion
+
+
+class Command(click.Command):
+    """A command whose mistakes are told in one line, each with what may have been meant."""
+
+    def parse_args(self, context: click.Context, arguments: list[str]) -> list[str]:
+        context.allow_extra_args = True  # looked at here, for a message of our own
+        try:
+            left = super().parse_args(context, arguments)
+        except click.NoSuchOption as error:
+            options = [name for one in self.get_params(context) for name in one.opts]
+            known = [name for name in options if name.startswith("--")]
+            raise _unknown(error.option_name, known) from None
+        if context.args:
+            raise InputError(
+                f"unknown argument {context.args[0]!r} (see {context.command_path} --help)"
+            )
+        return left
+
+
+def _unknown(argument: str, known: list[str]) -> InputError:
+    return InputError(f"unknown argument {argument!r}; {suggestion(argument, set(known))}")
+
+
+class Commands(click.Group):
+    """All commands, listed in sections."""
+
+    sections: ClassVar[dict[str, tuple[str, ...]]] = {
+        "Measure": ("run", "train", "paper"),
+        "Report": ("report", "compare", "check", "show", "field"),
+        "Try": ("list", "test-planner", "replay"),
+    }
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        return [name for names in self.sections.values() for name in names]
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        width = max(map(len, self.commands)) + 2
+        for section, names in self.sections.items():
+            with formatter.section(section):
+                rows = [(n.ljust(width), self.commands[n].get_short_help_str(60)) for n in names]
+                formatter.write_dl(rows)
+
+    def parse_args(self, context: click.Context, arguments: list[str]) -> list[str]:
+        if not arguments and not context.resilient_parsing:
+            raise InputError(f"COMMAND is missing; choose from: {', '.join(self.commands)}")
+        try:
+            return super().parse_args(context, arguments)
+        except click.NoSuchOption as error:
+            raise _unknown(error.option_name, ["--help", "--version"]) from None
+
+    def resolve_command(
+        self, context: click.Context, arguments: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if arguments[0] not in self.commands and not context.resilient_parsing:
+            raise UnknownNameError("command", arguments[0], self.commands)
+        return super().resolve_command(context, arguments)
+
+
+@click.group(
+    cls=Commands,
+    no_args_is_help=False,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(package_name="plannerbench", message="%(version)s")
+def bench() -> None:
+    """Benchmark of robot motion planners."""
+
+
+def _command(name: str, does: str, short_help: str) -> Callable[[Callable[..., None]], Any]:
+    """Declares a command, whose help is the function's docstring. What it gives when it is called
+    are the arguments, by name, and as `does` where in `bench.cli` it is carried out."""
+
+    def declared(function: Callable[..., None]) -> click.Command:
+        made = click.command(name, cls=Command, short_help=short_help)(function)
+        made.callback = lambda **given: SimpleNamespace(does=does, **given)
+        bench.add_command(made)
+        return made
+
+    return declared
+
+
+def _ids(package: str) -> Callable[[click.Context, click.Parameter, str], list[str]]:
+    """What a shell completes the last of some names with commas between to: ids of a registry."""
+
+    def complete(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
+        names = [spec.id for spec in import_module(package).REGISTRY.specs()]
+        before, comma, last = text.rpartition(",")
+        return [before + comma + name for name in names if name.startswith(last)]
+
+    return complete
+
+
+_ENVS, _PLANNERS = _ids("envs"), _ids("planners")
+
+
+def _folder(name: str) -> Callable[[Any], Any]:
+    """A folder that run wrote."""
+    return click.argument(name, type=click.Path(path_type=Path), metavar=name.upper())
+
+
+def _file(*names: str, metavar: str, help: str, **more: Any) -> Callable[[Any], Any]:
+    return click.option(*names, type=click.Path(path_type=Path), metavar=metavar, help=help, **more)
+
+
+_planner_file = _file(
+    "--planner-file",
+    metavar="FILE.py",
+    help="of Python whose planners are to be known too; may be given several times",
+    multiple=True,
+)
+_device = click.option(
+    "--device",
+    default="cpu",
+    metavar="DEVICE",
+    help="of learned planners, cpu or cuda (default: cpu)",
+)
+
+
+@_command("run", "commands:run", "measure planners and print a table")
+@click.option(
+    "--env",
+    required=True,
+    metavar="ENVS",
+    shell_complete=_ENVS,
+    help="environments, as in c3d,c3d:scene=3,boxes=20",
+)
+@click.option(
+    "--planners",
+    default="all",
+    metavar="PLANNERS",
+    shell_complete=_PLANNERS,
+    help="planners, as in fmm,rrtstar:range=2; or all, or paper (default: all)",
+)
+@click.option("--problems", type=int, default=50, metavar="N", help="an environment (default: 50)")
+@click.option(
+    "--seed", type=int, default=0, metavar="S", help="of problems and planners (default: 0)"
+)
+@click.option("--time-limit", type=float, default=5.0, metavar="SECONDS", help="(default: 5)")
+@click.option(
+    "--stop",
+    default="paper",
+    metavar="RULE",
+    help="when planners that improve their path stop: first, at the first solution; limit, at the "
+    "time limit; match:PLANNER[:TOL], when no longer than (1+TOL) times PLANNER's path, TOL 0.05; "
+    "paper, match:mpnet, or match:fmm where mpnet has no weights (default: paper)",
+)
+@click.option("--jobs", type=int, default=1, metavar="N", help="planners at a time (default: 1)")
+@click.option(
+    "--memory-limit",
+    type=int,
+    default=4096,
+    metavar="MB",
+    help="of each planner's process (default: 4096)",
+)
+@_planner_file
+@_device
+@click.option("--no-train", is_flag=True, help="skip learned planners that have no weights")
+@_file("--out", metavar="DIR", help="(default: results/runs/ENV)")
+@click.option("--force", is_flag=True, help="measure again what DIR holds")
+def run() -> None:
+    """Runs every planner on the same problems, each in its own process, judges every path, and
+    prints a table. What DIR holds already is not measured again."""
+
+
+@_command("train", "commands:train", "train a learned planner for an environment")
+@click.option(
+    "--env",
+    required=True,
+    metavar="ENV",
+    shell_complete=_ENVS,
+    help="an environment, as in c3d:scene=3",
+)
+@click.option("--planner", required=True, metavar="P", help="a learned planner, as in ntfields")
+@click.option(
+    "--minutes", type=float, metavar="M", help="how long (default: the planner's own steps)"
+)
+@click.option("--seed", type=int, default=0, metavar="S", help="(default: 0)")
+@click.option(
+    "--device", default="cpu", metavar="DEVICE", help="of PyTorch, cpu or cuda (default: cpu)"
+)
+@_file("--out", metavar="FILE", help="of the weights (default: the user's cache)")
+@_planner_file
+def train() -> None:
+    """Trains a learned planner, or goes on where an interrupted training stopped. Runs find its
+    weights afterwards, unless others are shipped."""
+
+
+@_command("report", "commands:report", "tables of a run")
+@click.argument("dirs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="DIR...")
+@click.option(
+    "--format",
+    default="md,csv",
+    metavar="FORMATS",
+    help="of md,csv,latex,html,planner-arena (default: md,csv)",
+)
+@click.option(
+    "--spread",
+    type=click.Choice(["deviation", "variance"]),
+    default="deviation",
+    help="what stands after each mean (default: deviation)",
+)
+@_file("--out", metavar="DIR", help="(default: the run's own)")
+def report() -> None:
+    """Writes reports of what was last run into each DIR, or one report of all into --out, and
+    prints the tables."""
+
+
+@_command("compare", "commands:compare", "compare two runs, or two planners of one")
+@_folder("a")
+@click.argument("b", required=False, type=click.Path(path_type=Path), metavar="[B]")
+@click.option(
+    "--planners",
+    default="all",
+    metavar="P,Q",
+    help="P of A against Q of B; or one name, in both (default: all that are in both)",
+)
+@_file("--out", metavar="FILE.csv", help="the table, unrounded")
+@_planner_file
+def compare() -> None:
+    """Compares planners on the problems that two runs, or two planners of one run, share: success,
+    time, length and margin, with tests and verdicts."""
+
+
+@_command("check", "commands:check", "fail if a run is worse than a baseline")
+@_folder("dir")
+@_file("--baseline", metavar="FILE.csv", help="kept with the code", required=True)
+@click.option("--update", is_flag=True, help="write the baseline from DIR, and check nothing")
+@click.option(
+    "--alpha",
+    type=float,
+    default=0.01,
+    metavar="P",
+    help="the probability of any false alarm in a check (default: 0.01)",
+)
+@click.option(
+    "--ratios", metavar="NAMES", help="of time,length,margin, by the reference's if one is named"
+)
+@click.option("--reference", metavar="PLANNER", help="of the same run, as in fmm")
+@click.option(
+    "--tolerance",
+    type=float,
+    default=0.1,
+    metavar="SHARE",
+    help="by how much ratios may get worse (default: 0.1)",
+)
+@_file("--out", metavar="FILE.md", help="what is printed, as a file too")
+@_planner_file
+def check() -> None:
+    """Tests whether planners solve fewer problems than in a baseline, or do worse by what --ratios
+    names, and says how small a fall it would notice. Exit code 1 for a regression, 3 if nothing
+    compares."""
+
+
+@_command("show", "commands:show", "draw an environment and paths")
+@click.option("--env", required=True, metavar="ENV", shell_complete=_ENVS)
+@_file("--paths", metavar="DIR", help="a folder that run wrote")
+@click.option(
+    "--planners",
+    default="all",
+    metavar="PLANNERS",
+    shell_complete=_PLANNERS,
+    help="whose paths (default: all there are)",
+)
+@click.option("--problem", type=int, metavar="I", help="(default: the longest path's)")
+@_file("--out", metavar="FILE.png", help="the picture", required=True)
+@_planner_file
+def show() -> None:
+    """Draws an environment, and one problem with every planner's path from a run."""
+
+
+class _Numbers(click.ParamType):  # type: ignore[type-arg]
+    """Numbers with commas between."""
+
+    name = "numbers"
+
+    def convert(
+        self, value: Any, parameter: click.Parameter | None, context: click.Context | None
+    ) -> tuple[float, ...]:
+        try:
+            return tuple(float(part) for part in value.split(","))
+        except ValueError:
+            self.fail(f"{value!r} is not numbers with commas between", parameter, context)
+
+
+@_command("field", "commands:field", "draw the time fields of planners")
+@click.option("--env", required=True, metavar="ENV", shell_complete=_ENVS)
+@click.option(
+    "--planners",
+    default="fmm,ntfields,ief3d",
+    metavar="PLANNERS",
+    shell_complete=_PLANNERS,
+    help="(default: fmm,ntfields,ief3d)",
+)
+@click.option(
+    "--source",
+    type=_Numbers(),
+    metavar="X,Y,Z",
+    help="of the times, and place of the slice (default: near a corner, where most is filled)",
+)
+@_device
+@click.option("--no-train", is_flag=True, help="refuse learned planners that have no weights")
+@_file("--out", metavar="FILE.png", help="the picture", required=True)
+@_planner_file
+def field() -> None:
+    """Draws predicted speed (colour) and arrival time from a source (lines) on a slice, a column a
+    planner, with the relative error of the time against fast marching."""
+
+
+@_command("paper", "commands:paper", "the paper's tables and figures beside ours")
+@click.option("--only", metavar="NAME", help="of the experiments, as in c3d,gibson (default: all)")
+@click.option("--quick", is_flag=True, help="fewer problems, and say so in every caption")
+@_file("--out", metavar="DIR", help="(default: results/runs/paper, or results/runs/paper-quick)")
+def paper() -> None:
+    """Carries out the paper's experiments, or goes on where it stopped, and prints each table
+    beside the paper's figures. DIR holds paper.md, its pictures, and every table as CSV."""
+
+
+@_command("list", "listing:list_", "list planners and environments")
+@click.argument("what", required=False, type=click.Choice(["planners", "envs"]))
+@click.option("--json", is_flag=True, help="as JSON, with all that is known of each")
+@_planner_file
+def list_() -> None:
+    """Lists what is registered."""
+
+
+@_command("test-planner", "commands:test_planner", "check that a planner keeps to the contract")
+@click.argument("planner", metavar="NAME|FILE.py:CLASS")
+@click.option(
+    "--env",
+    default="c3d",
+    metavar="ENV",
+    shell_complete=_ENVS,
+    help="an environment (default: c3d)",
+)
+@click.option(
+    "--time-limit", type=float, default=2.0, metavar="SECONDS", help="a problem (default: 2)"
+)
+@_planner_file
+def test_planner() -> None:
+    """Has a planner solve a few problems in processes of its own, and prints a line for each thing
+    it must keep to. Exit code 1 if it does not."""
+
+
+@_command("replay", "commands:replay", "make one attempt of a run again")
+@_folder("dir")
+@click.option("--planner", required=True, metavar="P", help="a planner of that run")
+@click.option("--problem", type=int, required=True, metavar="I", help="the index of a problem")
+@click.option(
+    "--env",
+    metavar="ENV",
+    shell_complete=_ENVS,
+    help="an environment of that run (default: the only one)",
+)
+@_planner_file
+def replay() -> None:
+    """Makes one attempt again from what a run's store holds, and says whether path and verdict are
+    the same. Exit code 1 if they are not."""
