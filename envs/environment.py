@@ -24,14 +24,34 @@ with the inverse of this."""
 
 
 class Environment(ABC):
-    """A robot, a scene and the bounds of the configuration space.
+    """The contract of an environment: a robot, a scene, the bounds of the configuration space, and
+    problems. Subclass it, or a world that knows more (`BoxWorld`, `MeshWorld`, `ArmWorld`).
+
+    The harness makes an instance for itself, whose problems it asks for and in which the judge
+    works, and another in each planner's process. All of them must be the same: everything random
+    comes from `envs.seeding`, and equal definitions mean equal scenes and problems.
+
+    A subclass sets the attributes below and implements `clearance`, `sample_problems` and
+    `definition`; the rest has defaults. Configurations are float64 (n, d).
 
     Attributes:
-        lower, upper: (d,) bounds of the configurations, in the environment's unit.
-        min_clearance: least clearance of a problem's start and goal, in workspace units.
-        robot: the moving body.
-        obstacles: shapes in the workspace frame.
-        speed_model: equation 3 with this environment's constants.
+        lower, upper (float64 (d,)): bounds of the configurations, in the environment's unit: of
+            point robots the paper's (a cube of side 20), of arms radians.
+        min_clearance (float): least clearance of a problem's start and goal, in workspace units (of
+            arms metres).
+        robot (`envs.collision.shapes.Robot`): the moving body.
+        obstacles (sequence of `Obstacle`): shapes in the workspace frame, which do not move.
+        speed_model (`SpeedModel`): equation 3 with this environment's constants.
+
+    Example:
+        >>> import envs
+        >>> env = envs.make("c3d:scene=3")
+        >>> env.dimension
+        3
+        >>> [problem] = env.sample_problems(1, seed=0)
+        >>> ends = np.array([problem.start, problem.goal])
+        >>> bool((env.clearance(ends) >= env.min_clearance).all())
+        True
     """
 
     lower: Array
@@ -80,10 +100,14 @@ class Environment(ABC):
 
     @abstractmethod
     def clearance(self, q: Array) -> Array:
-        """Signed distance (n,) from the robot at configurations (n, d) to the obstacles.
+        """The signed distance from the robot's surface to the obstacles.
 
-        In workspace units: exact in free space, negative in collision, by the depth if that is
-        known.
+        Args:
+            q: configurations, float64 (n, d), within the bounds or not.
+
+        Returns:
+            float64 (n,) in workspace units: exact in free space, negative in collision, by the
+            depth if that is known.
         """
 
     def approximate_clearance(self, q: Array) -> Array:
@@ -93,9 +117,16 @@ class Environment(ABC):
 
     @abstractmethod
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
-        """The first `n` test problems of `seed`, the same on every machine.
+        """The first test problems of a seed, the same on every machine.
 
-        A larger `n` only adds problems at the end.
+        Args:
+            n: int, how many; a larger one only adds problems at the end.
+            seed: int, from 0; test problems have seeds below 2^32, those for training and warming
+                up others (`envs.seeding`).
+
+        Returns:
+            n problems, `envs.Problem` with index 0, 1, ..., whose start and goal, (d,) within the
+            bounds, keep `min_clearance`.
 
         Raises:
             InputError: the scene leaves too little free space.
@@ -108,7 +139,13 @@ class Environment(ABC):
 
     @abstractmethod
     def definition(self) -> dict[str, Any]:
-        """Everything that defines the scene and its problems, as JSON data."""
+        """Everything that defines the scene and its problems.
+
+        Returns:
+            JSON data (dict). Its digest is the `fingerprint`, by which stored results and trained
+            weights know the environment; change a number in it (say, "version") whenever scene or
+            problems change.
+        """
 
     def family(self) -> Sequence[Environment]:
         """Scenes of the same kind, for learners that are to generalise over scenes; this one

@@ -27,13 +27,22 @@ class Status(str, Enum):
 class PlannerResult:
     """What `Planner.solve` returns.
 
-    Attributes:
-        path: waypoints (k, d) from start to goal, in the environment's unit, as any array-like,
-            iterator or tensor, or an `envs.Path`; None without one.
-        stats: JSON data, see ARCHITECTURE.md.
-
-    All of it is read and copied before the clock stops: a result that computes itself when it is
+    The result is read and copied before the clock stops: a path that is computed only when it is
     looked at, or on a device, takes that time as if `solve` had.
+
+    Args:
+        status: `Status`; what the planner says of its attempt. Only `EXACT_SOLUTION` claims that
+            the problem is solved, and the judge decides whether that is true.
+        path: waypoints (k, d) from start to goal, k >= 2, in the environment's unit, as any
+            array-like, iterator or tensor, or an `envs.Path`; None without a path. The robot moves
+            along straight segments between waypoints.
+        stats: JSON data, kept with the attempt. Reports use `collision_checks` (int, configurations
+            or motions asked about), `cost_history` (pairs of seconds since the start of `solve` and
+            the length of the best path so far) and `fallbacks` (int, calls of another planner).
+
+    Example:
+        >>> PlannerResult(Status.EXACT_SOLUTION, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]).stats
+        {}
     """
 
     status: Status
@@ -43,31 +52,104 @@ class PlannerResult:
 
 @dataclass(frozen=True)
 class Budget:
-    """Until when to plan (`time.perf_counter`), and the path length at which to stop improving."""
+    """How long to plan.
+
+    Args:
+        deadline: float, seconds on the clock of `time.perf_counter`. A path that comes later does
+            not count; a process that goes on for 1 s more, or 20 % of the time limit if that is
+            more, is killed.
+        stop_cost: float, in the environment's unit. A planner that improves its path stops as soon
+            as the path is no longer than this: infinity (the default) means at the first solution,
+            0 means to use all the time.
+
+    Example:
+        >>> 0.9 < Budget(perf_counter() + 1.0).remaining() <= 1.0
+        True
+    """
 
     deadline: float
-    stop_cost: float = float("inf")  # inf: the first solution will do; 0: use all the time
+    stop_cost: float = float("inf")
 
     def remaining(self) -> float:
-        """Seconds left, at least 0."""
+        """Seconds (float) left until the deadline, at least 0."""
         return max(0.0, self.deadline - perf_counter())
 
 
 class Planner(ABC):
-    train_s: float = 0.0  # seconds that data and training of the weights in use once took
-    improves: bool = True  # whether it may go on after its first solution, to `stop_cost`
+    """The contract of a planner: subclass it, implement `solve`, and the harness does the rest.
+
+    The harness makes an instance in a process of its own for each environment, with the arguments
+    of the command line, as in `my-planner:step=0.5`. Annotations of `__init__` give the arguments
+    their types; one without a default must be given. Then it calls `unsupported`; `setup` once,
+    timed as offline work; and `solve` for each problem, timed. The process has one thread for each
+    numerical library and a limit of memory. An exception is recorded as the fault of the problem at
+    hand (`ERROR`), and planning goes on with the next; after a crash, in a new process.
+
+    Class attributes:
+        improves (bool, default True): whether `solve` may go on after its first solution, until
+            the path is no longer than `Budget.stop_cost`. Say False if it returns its first path.
+        train_s (float, default 0.0): seconds that making data and training took for the weights in
+            use; `setup` may set it. It is reported as offline work.
+
+    Example:
+        >>> class StraightLine(Planner):
+        ...     improves = False
+        ...
+        ...     def setup(self, env, *, seed):
+        ...         self.model = env.collision_model(env.planning_tolerance)
+        ...
+        ...     def solve(self, problem, budget):
+        ...         if self.model.segment_is_free(problem.start, problem.goal):
+        ...             return PlannerResult(Status.EXACT_SOLUTION, [problem.start, problem.goal])
+        ...         return PlannerResult(Status.TIMEOUT)
+        >>> import envs
+        >>> env, planner = envs.make("c3d"), StraightLine()
+        >>> planner.setup(env, seed=1)
+        >>> problem = env.sample_problems(4, seed=0)[3]
+        >>> planner.solve(problem, Budget(perf_counter() + 1.0)).status.value
+        'EXACT_SOLUTION'
+    """
+
+    train_s: float = 0.0
+    improves: bool = True
 
     def unsupported(self, env: Environment) -> str | None:
-        """Why it cannot plan in `env`, or None if it can."""
+        """Whether the planner can plan in an environment.
+
+        Args:
+            env: `envs.Environment`, not to be changed.
+
+        Returns:
+            None if it can, else the reason why not (str, a line), which tables show. By default
+            None. Planners chosen by a group ("all") are left out where they give a reason.
+        """
         return None
 
     def setup(self, env: Environment, *, seed: int) -> None:  # noqa: B027  (nothing is a fine default)
-        """Offline work: load weights, build a roadmap, start pools. Timed apart, with the making
-        of the planner; what it leaves at work is the fault of the first `solve` after it."""
+        """Prepares for an environment: loads weights, builds a roadmap. By default does nothing.
+
+        It is offline work: the harness times it together with `__init__` as `setup_s`, and reports
+        it beside the planning times. It may take an hour.
+
+        Args:
+            env: `envs.Environment`, to be kept for `solve` and not to be changed.
+            seed: int, 1 to 2^31 - 2, for everything random here.
+
+        Raises:
+            Exception: any; then that is the outcome of every problem. Threads and processes that
+                are still at work when it returns are the fault of the first `solve`.
+        """
 
     def weights_digest(self, env: Environment) -> str:
-        """A digest of the trained numbers, read from files, with which it plans in `env`; empty for
-        a planner without any. Results of other numbers are not its results.
+        """Names the trained numbers that the planner uses, so that results of other numbers are
+        not taken for its own.
+
+        Args:
+            env: `envs.Environment`, not to be changed.
+
+        Returns:
+            A digest (str) of the files with which it plans in `env`; empty, which is the default,
+            for a planner without any.
 
         Raises:
             InputError: they cannot be read.
@@ -76,10 +158,23 @@ class Planner(ABC):
 
     @abstractmethod
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
-        """Online work: what is timed.
+        """Plans a path: the online work, timed until the path is an array of numbers in memory.
+
+        Args:
+            problem: `envs.Problem` with `start` and `goal`, float64 arrays (d,) in the
+                environment's unit, not to be changed; and `seed` (int), to be used for everything
+                random, so that the same problem has the same path in another run.
+            budget: `Budget`, when to stop.
+
+        Returns:
+            `PlannerResult`. The harness has the judge check any path in it, and stores status,
+            path and stats.
+
+        Raises:
+            Exception: any; it is recorded as the outcome `ERROR` of this problem.
 
         Threads and processes that it begins must have ended when it returns, and those of pools
-        and libraries be at rest; what works on is a fault (`LEFT_RUNNING`).
+        and libraries be at rest: what works on is a fault (`LEFT_RUNNING`).
         """
 
 

@@ -76,15 +76,51 @@ class Trained:
 
 
 class LearnedPlanner(Planner):
-    """A planner with weights for each environment.
+    """The contract of a planner that is trained first. Besides `solve`, a subclass implements
+    `train`, `expected_minutes`, `fitted` and `load`.
+
+    The harness trains it where it has no weights: by `bench train`, or before a run. `train` gives
+    arrays, which are kept as safetensors with a manifest (seed, settings, losses, machine,
+    command); `setup` finds them for the environment's `domain` and has `load` make the planner ready.
+
+    Training may use only what the method allows, and no test problem: seeds for training are those
+    of `envs.seeding.training_seed`.
 
     Args:
-        name: under which its weights are kept.
-        weights: a file of weights; by default the shipped ones, else those in the user's cache.
-        device: of PyTorch.
+        name: str, under which its weights are kept.
+        weights: str, a file of weights; by default the shipped ones, else those in the user's
+            cache.
+        device: str, of PyTorch: "cpu", "cuda" or "cuda:INDEX".
 
     Raises:
         InputError: there is no such device.
+
+    Example:
+        >>> class Constant(LearnedPlanner):
+        ...     def __init__(self, weights: str = ""):
+        ...         super().__init__("constant", weights)
+        ...
+        ...     def train(self, env, how):
+        ...         how.report(Progress("training", 1.0))
+        ...         return Trained({"number": np.array([0.5])}, {}, data_s=0.0, train_s=0.1)
+        ...
+        ...     def expected_minutes(self, env):
+        ...         return 0.1
+        ...
+        ...     def fitted(self, env, tensors):
+        ...         return float(tensors["number"][0])
+        ...
+        ...     def load(self, env, tensors):
+        ...         self.number = self.fitted(env, tensors)
+        ...
+        ...     def solve(self, problem, budget):
+        ...         return PlannerResult(Status.TIMEOUT)
+        >>> import envs, numpy as np
+        >>> from planners import PlannerResult, Status
+        >>> env, planner = envs.make("c3d"), Constant()
+        >>> planner.load(env, {"number": np.array([0.5])})
+        >>> planner.number
+        0.5
     """
 
     def __init__(self, name: str, weights: str = "", device: str = "cpu") -> None:
@@ -108,15 +144,35 @@ class LearnedPlanner(Planner):
 
     @abstractmethod
     def train(self, env: Environment, how: Training) -> Trained:
-        """Trains from scratch, or from the checkpoint."""
+        """Trains from scratch, or goes on from the checkpoint.
+
+        Args:
+            env: `envs.Environment`, not to be changed.
+            how: `Training`: seed, time, device, where the checkpoint is, whom to tell.
+
+        Returns:
+            `Trained`: named arrays, and what they cost.
+
+        Raises:
+            Exception: any; it is recorded as the fault of every problem of the run.
+        """
 
     @abstractmethod
     def expected_minutes(self, env: Environment) -> float:
-        """About how long `train` takes on two cores by its own recipe."""
+        """About how many minutes (float) `train` takes in `env` on two cores, by its own recipe;
+        it is shown before training begins."""
 
     @abstractmethod
     def fitted(self, env: Environment, tensors: Tensors) -> Any:
-        """A network with these weights; takes milliseconds.
+        """A network with these weights, without making the planner ready: what is checked before
+        a run, and so takes milliseconds.
+
+        Args:
+            env: `envs.Environment` that they are for.
+            tensors: arrays by name, as `train` gave them.
+
+        Returns:
+            Whatever `load` can use.
 
         Raises:
             ValueError, KeyError, TypeError, RuntimeError: they do not fit.
