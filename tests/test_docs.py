@@ -1,12 +1,15 @@
-"""The example in docs/ is what it says: a workflow, whose commands the command line accepts."""
+"""What is written beside the code is true: the example of a workflow, and files that are named."""
 
 from __future__ import annotations
 
+import configparser
 import re
 import shlex
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import pytest
 import yaml
 
 import envs
@@ -58,3 +61,29 @@ def test_packages_are_kept_between_runs() -> None:
     assert python["cache"] == "pip"
     root = Path(__file__).parents[1]
     assert all((root / name).is_file() for name in python["cache-dependency-path"].split())
+
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.mark.parametrize("name", ["ARCHITECTURE.md", "CONTRIBUTING.md", "README.md"])
+def test_files_and_folders_that_are_named_are_there(name: str) -> None:
+    text = (ROOT / name).read_text(encoding="utf-8")
+    named = re.findall(r"`((?:bench|planners|envs|tests|results|docs)/[\w./-]*)`", text)
+    written = [one for one in named if one.startswith("results/runs/")]  # by commands
+    assert [one for one in named if not (ROOT / one).exists()] == written
+
+
+def test_the_citation_is_of_this_version() -> None:
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert cited["version"] == metadata.version("plannerbench")
+    assert cited["license"] == "BSD-3-Clause"
+
+
+def test_hooks_are_the_checks_of_the_lint_run() -> None:
+    [repository] = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
+    lint = configparser.ConfigParser()
+    lint.read(ROOT / "tox.ini")
+    commands = lint["testenv:lint"]["commands"].split("\n")[1:]
+    entries = [hook["entry"] for hook in repository["hooks"]]
+    assert entries == [command.removesuffix(" .") for command in commands]

@@ -81,7 +81,8 @@ class LearnedPlanner(Planner):
 
     The harness trains it where it has no weights: by `bench train`, or before a run. `train` gives
     arrays, which are kept as safetensors with a manifest (seed, settings, losses, machine,
-    command); `setup` finds them for the environment's `domain` and has `load` make the planner ready.
+    command); `setup` finds them for the environment's `domain` and has `load` make the planner
+    ready.
 
     Training may use only what the method allows, and no test problem: seeds for training are those
     of `envs.seeding.training_seed`.
