@@ -1,1 +1,19 @@
-"""How planners are measured: isolated runs, an independent judge, a store, reports."""
+"""How planners are measured: `run`, `load` and `judge`, and what is behind them."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bench.api import Run, judge, load, run
+
+__all__ = ["Run", "judge", "load", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    # Only now: the command line imports this package too, and must come at once.
+    globals()[name] = getattr(import_module("bench.api"), name)
+    return globals()[name]

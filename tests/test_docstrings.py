@@ -7,7 +7,7 @@ import importlib
 
 import pytest
 
-CONTRACTS = ("planners.base", "planners.learning.learned_planner", "envs.environment")
+CONTRACTS = ("bench.api", "planners.base", "planners.learning.learned_planner", "envs.environment")
 
 
 @pytest.mark.parametrize("name", CONTRACTS)

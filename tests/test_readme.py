@@ -23,12 +23,17 @@ def blocks(language: str) -> list[str]:
 
 
 def test_the_python_text_runs_as_written(tmp_path: Path) -> None:
-    [text] = blocks("python")
-    done = subprocess.run(
-        [sys.executable, "-c", text], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert "EXACT_SOLUTION" in done.stdout
+    said = []
+    for text in blocks("python"):
+        done = subprocess.run(
+            [sys.executable, "-c", text], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        said.append(done.stdout)
+    frame, status = said
+    assert "success_rate" in frame
+    assert (tmp_path / "solved.png").is_file()
+    assert "EXACT_SOLUTION" in status
 
 
 def test_the_commands_and_entries_it_shows_are_accepted() -> None:

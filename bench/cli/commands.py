@@ -44,7 +44,7 @@ def run(chosen: SimpleNamespace) -> int:
     )
     folder: Path = chosen.out or Path("results/runs") / config.problem_sets[0].entry.spec.id
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    recorded = api.measured(config, folder, force=chosen.force, started_s=chosen.started_s)
+    recorded = api.carry_out(config, folder, force=chosen.force, started_s=chosen.started_s)
     tell(markdown.text(recorded))
     note(f"{folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}")
     return DONE if summary.attempted(recorded.records) else NOTHING_MEASURED

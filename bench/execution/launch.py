@@ -112,7 +112,11 @@ class _Command:
     @contextmanager
     def begun(self) -> Iterator[None]:
         """Workers get what there is at the beginning of the context, which must come before
-        anyone's module is imported."""
+        anyone's module is imported; within another such context, what there was at its beginning.
+        """
+        if self._program is not None:
+            yield
+            return
         before = vars(self).copy()
         self.start, self._program = Start.now(), Program.now()
         try:

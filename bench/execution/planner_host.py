@@ -133,7 +133,11 @@ class HostedPlugIns(PlugIns):
 
 @contextmanager
 def hosting() -> Iterator[None]:
-    """As long as the context lasts, strangers' planners are asked in a process of their own."""
+    """As long as the context lasts, strangers' planners are asked in a process of their own; the
+    same one within another such context."""
+    if HOSTED.host is not None:
+        yield
+        return
     host, registry = PlannerHost(), planners.REGISTRY
     before = registry.plugins, HOSTED.host
     registry.plugins, HOSTED.host = HostedPlugIns(registry.plugins, host), host

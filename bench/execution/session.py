@@ -14,7 +14,7 @@ from datetime import datetime, timezone
 from time import monotonic
 from typing import Any, NoReturn
 
-from tqdm import tqdm
+from tqdm.auto import tqdm
 
 import planners.learning.learned_planner
 from bench.execution import machine
@@ -90,6 +90,11 @@ logger = logging.getLogger(__name__)
 _INTERVAL_S = 10.0
 
 
+def _shows_bars() -> bool:
+    """Whether there is a terminal or a notebook to show a bar in."""
+    return sys.stderr.isatty() or "ipykernel" in sys.modules
+
+
 class Progress:
     """Counts attempts and verified successes a planner; several threads may add some at once.
 
@@ -102,7 +107,7 @@ class Progress:
         self._done: Counter[str] = Counter()
         self._solved: Counter[str] = Counter()
         self._next = monotonic() + _INTERVAL_S
-        on_terminal = sys.stderr.isatty()
+        on_terminal = _shows_bars()
         self._bar = tqdm(total=total, unit="problem", disable=not on_terminal, dynamic_ncols=True)
         self._lines = not on_terminal
         self._lock = threading.Lock()
@@ -139,7 +144,7 @@ class TrainingProgress:
         self._name = printable(name)
         self._stage = ""
         self._bar: tqdm[NoReturn] | None = None
-        self._on_terminal = sys.stderr.isatty()
+        self._on_terminal = _shows_bars()
         self._next = monotonic() + _INTERVAL_S
         self._solved = ""
 

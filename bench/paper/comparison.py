@@ -66,7 +66,7 @@ class Comparison(Experiment):
             memory_limit_mb=4096,
             train=False,
         )
-        run = api.measured(config, place.out / self.name)
+        run = api.carry_out(config, place.out / self.name)
         rows = rows_beside(run, place.figures(self.name))
         scaled = f"Quick look: {problems} problems instead of {self.problems}."
         return Section(

@@ -1,0 +1,70 @@
+"""Plots of a run as Matplotlib's axes, with the planners in the order of the tables."""
+
+from __future__ import annotations
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from bench.analysis.run_results import RunResults
+from bench.analysis.statistics import solved_by_time
+from bench.storage.record import Verdict
+from envs.errors import InputError, UnknownNameError
+
+METRICS = {
+    "solve_s": "planning time (s)",
+    "length": "path length (environment's unit)",
+    "safety_margin": "safety margin (workspace units)",
+    "travel_time": "travel time at the speed of equation 3",
+    "smoothness": "smoothness (OMPL's, 0 for a straight line)",
+}
+"""What can be drawn, by its column, with its title and unit."""
+
+
+def success(run: RunResults, env: str | None, ax: Axes | None) -> Axes:
+    """The share of problems solved over planning time; see `bench.Run.plot_success`."""
+    axes = ax if ax is not None else plt.subplots()[1]
+    chosen, records = _of(run, env)
+    [limit_s] = {s["settings"]["time_limit_s"] for s in run.selections if _has(s, chosen)}
+    for planner, attempts in records.groupby("planner", sort=False):
+        solved = (attempts["outcome"] == Verdict.VALID.value).to_numpy()
+        times = attempts["solve_s"].to_numpy(np.float64)
+        curve = solved_by_time(times, solved, until_s=limit_s)
+        axes.step(curve.times_s[1:], curve.share[1:], where="post", label=str(planner))
+    axes.set(xscale="log", xlabel=METRICS["solve_s"], ylabel="share of problems solved")
+    axes.set(ylim=(-0.02, 1.02), title=chosen)
+    axes.legend()
+    return axes
+
+
+def metric(run: RunResults, name: str, env: str | None, ax: Axes | None) -> Axes:
+    """A number's distribution over verified successes; see `bench.Run.plot_metric`."""
+    if name not in METRICS:
+        raise UnknownNameError("metric", name, METRICS)
+    axes = ax if ax is not None else plt.subplots()[1]
+    chosen, records = _of(run, env)
+    solved = records[records["outcome"] == Verdict.VALID.value]
+    values = {str(p): rows[name].dropna() for p, rows in solved.groupby("planner", sort=False)}
+    axes.boxplot(list(values.values()), tick_labels=list(values), orientation="horizontal")
+    axes.invert_yaxis()  # the first on top, as in the tables
+    axes.set(xlabel=METRICS[name], title=chosen)
+    if name == "solve_s":
+        axes.set_xscale("log")
+    return axes
+
+
+def _of(run: RunResults, env: str | None) -> tuple[str, pd.DataFrame]:
+    """The environment that is meant, and its attempts in the order of the tables."""
+    known = list(dict.fromkeys(name for name, _ in run.order))
+    if env is None and len(known) > 1:
+        raise InputError(f"the run has several environments; choose one: {', '.join(known)}")
+    chosen = known[0] if env is None else env
+    if chosen not in known:
+        raise UnknownNameError("environment of the run", chosen, known)
+    return chosen, run.records[run.records["env"] == chosen]
+
+
+def _has(selection: dict[str, object], env: str) -> bool:
+    named = selection["envs"]
+    return isinstance(named, list) and env in [one["id"] for one in named]
