@@ -66,7 +66,10 @@ def test_packages_are_kept_between_runs() -> None:
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.mark.parametrize("name", ["ARCHITECTURE.md", "CONTRIBUTING.md", "README.md"])
+PAGES = ["ARCHITECTURE.md", "CONTRIBUTING.md", "README.md", "docs/running.md"]
+
+
+@pytest.mark.parametrize("name", PAGES)
 def test_files_and_folders_that_are_named_are_there(name: str) -> None:
     text = (ROOT / name).read_text(encoding="utf-8")
     named = re.findall(r"`((?:bench|planners|envs|tests|results|docs)/[\w./-]*)`", text)

@@ -1,4 +1,4 @@
-"""The README is true: its Python text runs, its commands and options exist."""
+"""README and docs are true: their Python text runs, their commands and options exist."""
 
 from __future__ import annotations
 
@@ -10,16 +10,11 @@ from pathlib import Path
 
 import pytest
 import trimesh
+from documents import PAGES, README, TEXT, blocks
 
 import envs
 import planners
 from bench.cli import app
-
-README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-
-
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
 
 
 def test_the_python_text_runs_as_written(tmp_path: Path) -> None:
@@ -69,14 +64,34 @@ def test_the_arm_and_the_scene_it_shows_make_a_world(tmp_path: Path) -> None:
 
 def test_it_lists_what_is_registered() -> None:
     for spec in [*envs.REGISTRY.specs(), *planners.REGISTRY.specs()]:
-        assert f"`{spec.id}`" in README
+        assert f"`{spec.id}`" in TEXT
 
 
 def test_options_and_defaults_are_those_of_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert app.main(["run", "--help"]) == 0
     text = re.sub(r"\s+", " ", capsys.readouterr().out)
-    for option, default in re.findall(
-        r"^\| `(--[a-z-]+)` \| `?([^|`]+?)`? \|", README, re.MULTILINE
-    ):
+    for option, default in re.findall(r"^\| `(--[a-z-]+)` \| `?([^|`]+?)`? \|", TEXT, re.MULTILINE):
         assert option in text
         assert f"default: {default}" in text, option
+
+
+def test_the_readme_is_short_and_links_every_page() -> None:
+    text = README.read_text(encoding="utf-8")
+    assert len(text.split()) <= 700
+    assert {page.name for page in PAGES} == set(re.findall(r"\(docs/([\w-]+\.md)\)", text))
+
+
+def test_links_lead_somewhere() -> None:
+    for page in (README, *PAGES):
+        for target in re.findall(r"\]\(([^)#]+)[)#]", page.read_text(encoding="utf-8")):
+            assert target.startswith("https://") or (page.parent / target).exists(), (page, target)
+
+
+def test_rows_in_the_readme_are_those_of_the_results() -> None:
+    pattern = re.compile(r"^\| `([\w-]+)` \| (\d.*?) \|$", re.MULTILINE)
+    short = pattern.findall(README.read_text(encoding="utf-8"))
+    results = (README.parent / "docs" / "results.md").read_text(encoding="utf-8")
+    whole = dict(pattern.findall(results.partition("## In a house")[0]))
+    assert len(short) == 8
+    for planner, cells in short:
+        assert set(cells.split(" | ")) <= set(whole[planner].split(" | ")), planner

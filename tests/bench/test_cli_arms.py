@@ -1,8 +1,7 @@
-"""`bench run` and `bench show` of users' arms: the README's, and one whose links are meshes."""
+"""`bench run` and `bench show` of users' arms: that of docs/, and one whose links are meshes."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,20 +10,14 @@ import pytest
 import trimesh
 from bad_urdfs import LIMIT, collision, joint, link, robot
 from conftest import Cli, records_of
+from documents import blocks
 
 import envs
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-
-
-def shown(language: str) -> str:
-    [text] = re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
-    return text
-
 
 def readmes(folder: Path) -> str:
-    (folder / "my_arm.urdf").write_text(shown("xml"), encoding="utf-8")
-    (folder / "my_scene.yaml").write_text(shown("yaml"), encoding="utf-8")
+    (folder / "my_arm.urdf").write_text(blocks("xml")[0], encoding="utf-8")
+    (folder / "my_scene.yaml").write_text(blocks("yaml")[0], encoding="utf-8")
     trimesh.creation.box((200, 50, 300)).export(folder / "shelf.ply")
     return f"arm:urdf={folder / 'my_arm.urdf'},scene={folder / 'my_scene.yaml'}"
 

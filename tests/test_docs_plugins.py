@@ -1,9 +1,8 @@
-"""The planner and the environment that the README shows work as written."""
+"""The planner and the environment that docs/ shows work as written."""
 
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,26 +10,18 @@ from pathlib import Path
 import pandas as pd
 import plugins
 from conftest import Cli
+from documents import block_after
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
-README = Path(__file__).parents[1] / "README.md"
-
-
-def block(marker: str) -> str:
-    """The text of the block after a comment in the README."""
-    text = README.read_text(encoding="utf-8")
-    [found] = re.findall(rf"<!-- {marker} -->\n```\w+\n(.*?)```", text, flags=re.DOTALL)
-    return str(found)
-
 
 def test_the_planner_is_short_passes_its_checks_and_solves_problems(
     bench: Cli, tmp_path: Path
 ) -> None:
-    text = block("planner")
+    text = block_after("planner")
     assert text.count("\n") < 25
     file = tmp_path / "detours.py"
     file.write_text(text, encoding="utf-8")
@@ -45,13 +36,13 @@ def test_the_planner_is_short_passes_its_checks_and_solves_problems(
 
 
 def test_the_environment_is_found_and_planned_in_once_it_is_installed(tmp_path: Path) -> None:
-    announced = tomllib.loads(block("entry points"))["project"]["entry-points"]
+    announced = tomllib.loads(block_after("entry points"))["project"]["entry-points"]
     points = {
         f"{group} {name}": value for group, of in announced.items() for name, value in of.items()
     }
     site = tmp_path / "site"
     site.mkdir()
-    plugins.install(site, "slalom", block("environment"), points)
+    plugins.install(site, "slalom", block_after("environment"), points)
     command = (
         *("run", "--env", "slalom:walls=5", "--planners", "rrtconnect", "--problems", "3"),
         *("--stop", "first", "--out", str(tmp_path / "run")),
