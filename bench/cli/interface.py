@@ -28,7 +28,7 @@ class Command(click.Command):
             options = [name for one in self.get_params(context) for name in one.opts]
             known = [name for name in options if name.startswith("--")]
             raise _unknown(error.option_name, known) from None
-        if context.args:
+        if context.args and not context.resilient_parsing:  # as when a shell completes
             raise InputError(
                 f"unknown argument {context.args[0]!r} (see {context.command_path} --help)"
             )

@@ -207,3 +207,4 @@ def test_a_shell_completes_the_last_name() -> None:
     assert completed("run --prob") == ["--problems"]
     assert completed("run --env bun") == ["bunny"]
     assert completed("run --planners fmm,rrts") == ["fmm,rrtstar"]
+    assert completed("list planners more ") == []
