@@ -11,9 +11,10 @@ import pandas as pd
 
 from bench.analysis.run_results import RunResults
 from bench.execution import runner
-from bench.execution.config import CPU, PAPER, RunConfig, make_run_config
+from bench.execution.config import CPU, RunConfig, make_run_config
 from bench.execution.launch import COMMAND
 from bench.execution.planner_host import hosting
+from bench.execution.stop_rule import PAPER
 from bench.judging.judge import Judge, Judgement
 from bench.report import markdown, writers
 from bench.storage.record import decode_path

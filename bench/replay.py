@@ -14,8 +14,9 @@ import envs
 import planners
 from bench.analysis.run_results import RunResults
 from bench.execution import weights_manager
-from bench.execution.config import CPU, ProblemSet, RunConfig, StopRule, on_device
+from bench.execution.config import CPU, ProblemSet, RunConfig, on_device
 from bench.execution.session import Session
+from bench.execution.stop_rule import StopRule
 from bench.execution.supervised_planner import SupervisedPlanner
 from bench.judging.judge import Judge
 from bench.storage.record import decode_path, encode_path, outcome

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,6 +13,7 @@ import envs
 import planners
 from bench.execution import planner_queries as queries
 from bench.execution.planner_queries import World
+from bench.execution.stop_rule import PAPER, StopRule, paper_rule
 from bench.judging.metrics import share_blocked, straight_lines
 from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
@@ -23,65 +23,11 @@ from planners.learning.learned_planner import checked_device
 
 logger = logging.getLogger(__name__)
 
-PAPER = "paper"
-"""The stop rule of the paper's tables."""
-
 CPU = "cpu"
 """The device that runs use unless another is asked for."""
 
 RULES = 2
 """Rises whenever the protocol or the judge changes what is measured."""
-
-
-@dataclass(frozen=True)
-class StopRule:
-    """When a planner that could go on improving stops.
-
-    `kind` is "first" (at the first solution), "limit" (at the time limit) or "match": at a length
-    of at most (1 + tolerance) times what `reference` reached on the same problem.
-    """
-
-    kind: str
-    reference: Entry[Planner] | None = None
-    tolerance: float = 0.05
-
-    @staticmethod
-    def parse(text: str) -> StopRule:
-        """ "first", "limit" or "match:PLANNER[:TOLERANCE]".
-
-        Raises:
-            InputError: it is none of them.
-        """
-        kind, _, rest = text.partition(":")
-        if kind in ("first", "limit") and not rest:
-            return StopRule(kind)
-        if kind != "match" or not rest:
-            raise InputError(
-                f"--stop {text}: choose paper, first, limit or match:PLANNER[:TOLERANCE]"
-            )
-        name, _, last = rest.rpartition(":")
-        try:
-            tolerance = float(last) if name else 0.05
-        except ValueError:
-            name, tolerance = "", 0.05
-        if not 0 <= tolerance < math.inf:
-            raise InputError(f"--stop {text}: the tolerance must be at least 0 and finite")
-        return StopRule(kind, planners.REGISTRY.entry(name or rest), tolerance)
-
-    @property
-    def text(self) -> str:
-        """Its canonical form."""
-        if self.reference is None:
-            return self.kind
-        return f"{self.kind}:{self.reference.id}:{self.tolerance}"
-
-    def stop_cost(self, reference_length: float | None) -> float:
-        """The length to stop at, given what the reference reached (None: it failed)."""
-        if self.kind == "first":
-            return math.inf
-        if self.kind == "limit" or reference_length is None:
-            return 0.0
-        return (1 + self.tolerance) * reference_length
 
 
 @dataclass(frozen=True)
@@ -231,7 +177,7 @@ def make_run_config(
     check_range("--memory-limit", memory_limit_mb, 256, 2**24)
     worlds = _distinct([World(entry, entry.make()) for entry in envs.REGISTRY.entries(env)])
     chosen = planners.REGISTRY.entries(planner, wanted=lambda entry: _supports(entry, worlds))
-    text, told = _paper_rule(worlds) if stop == PAPER else (stop, [])
+    text, told = paper_rule(worlds) if stop == PAPER else (stop, [])
     rule = StopRule.parse(text)
     added = []
     if rule.reference is not None and any(_improves(entry, worlds) for entry in chosen):
@@ -258,27 +204,6 @@ def make_run_config(
         train,
         device,
     )
-
-
-def _paper_rule(worlds: list[World]) -> tuple[str, list[str]]:
-    """The paper's rule, as far as its reference is there, and what is to be said about it: MPNet's
-    weights are half an hour's work, which a default should not cost."""
-    mpnet = planners.REGISTRY.entry("mpnet")
-    reason = _unsupported_in_any(mpnet, worlds)
-    if reason is None and not any(queries.lacks_weights(mpnet, world) for world in worlds):
-        return "match:mpnet", []
-    why = reason or "it has no weights here"
-    without = _unsupported_in_any(planners.REGISTRY.entry("fmm"), worlds)
-    if without is not None:
-        return "first", [
-            "--stop paper: planners stop at their first solution, as no length is there to match "
-            f"(mpnet: {why}; fmm: {without})"
-        ]
-    return "match:fmm", [f"--stop paper: fmm sets the length to match, as mpnet does not: {why}"]
-
-
-def _unsupported_in_any(planner: Entry[Planner], worlds: list[World]) -> str | None:
-    return next(filter(None, (queries.unsupported(planner, world) for world in worlds)), None)
 
 
 def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:

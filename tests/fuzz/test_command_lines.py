@@ -20,7 +20,8 @@ import envs
 import planners
 from bench.analysis import regression
 from bench.cli import app, commands, listing
-from bench.execution.config import RunConfig, StopRule, make_run_config
+from bench.execution.config import RunConfig, make_run_config
+from bench.execution.stop_rule import StopRule
 from bench.report import writers
 from envs import InputError
 

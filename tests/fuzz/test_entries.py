@@ -13,7 +13,7 @@ from mutations import texts
 
 import envs
 import planners
-from bench.execution.config import StopRule
+from bench.execution.stop_rule import StopRule
 from envs import Environment
 from envs.registry import Entry, Registry
 
