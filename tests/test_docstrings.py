@@ -7,7 +7,13 @@ import importlib
 
 import pytest
 
-CONTRACTS = ("bench.api", "planners.base", "planners.learning.learned_planner", "envs.environment")
+CONTRACTS = (
+    "bench.api",
+    "planners.base",
+    "planners.learning.learned_planner",
+    "envs.environment",
+    "envs.collision.shapes",
+)
 
 
 @pytest.mark.parametrize("name", CONTRACTS)

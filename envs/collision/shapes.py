@@ -152,11 +152,26 @@ Pose = tuple[Array | None, Array]
 
 
 class Robot(Protocol):
-    """What collision checking needs to know of a robot."""
+    """The contract of a robot: rigid shapes that a configuration places. What collision checking
+    asks; `envs.robots` has a ball that translates and serial arms.
+
+    The bounds on motion are what certified checks rest on: they may be too large, which costs
+    time, and must never be too small.
+
+    Example:
+        >>> from envs.robots.point import PointRobot
+        >>> robot = PointRobot(radius=0.5)
+        >>> [(rotation, position)] = robot.poses(np.array([1.0, 2.0, 3.0]))
+        >>> position.tolist()
+        [1.0, 2.0, 3.0]
+        >>> robot.motion_bound(np.zeros(3), np.array([3.0, 4.0, 0.0]))
+        5.0
+    """
 
     @property
     def shapes(self) -> tuple[Solid, ...]:
-        """Its rigid bodies, each in its own frame; those that move come first."""
+        """Its rigid bodies (`Solid`: box, ball, cylinder, mesh), each in its own frame, in
+        workspace units; those that move come first."""
 
     @property
     def moving(self) -> int:
@@ -170,14 +185,29 @@ class Robot(Protocol):
     @property
     def rate_bound(self) -> float:
         """An upper bound, over all configurations, on the workspace distance that any point of
-        the robot travels per unit of distance in configuration space."""
+        the robot travels per unit of (Euclidean) distance in configuration space."""
 
     def poses(self, q: Array) -> tuple[Pose, ...]:
-        """The placement of every shape at a configuration (d,)."""
+        """The placement of every shape.
+
+        Args:
+            q: a configuration, float64 (d,).
+
+        Returns:
+            For each shape a rotation (3, 3), or None for none, and a translation (3,), from the
+            shape's frame to the workspace.
+        """
 
     def motion_bound(self, a: Array, b: Array) -> float:
         """An upper bound on the workspace distance that any point of the robot travels per unit
-        of t while the configuration moves as a + t (b - a), t in [0, 1]."""
+        of t while the configuration moves as a + t (b - a), t in [0, 1].
+
+        Args:
+            a, b: configurations, float64 (d,).
+
+        Returns:
+            The bound (float), in workspace units.
+        """
 
 
 if TYPE_CHECKING:
