@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from envs.problem import Array, frozen_array
 
+if TYPE_CHECKING:
+    import trimesh
+
 LARGEST = 1e6
 """Of numbers in users' files of arms and scenes. Metres and radians beyond it are mistakes, and
 might overflow where they multiply."""
@@ -209,9 +212,6 @@ class Robot(Protocol):
             The bound (float), in workspace units.
         """
 
-
-if TYPE_CHECKING:
-    import trimesh
 
 SURFACE_POINTS = 20_000
 """How many learners look at, as in the paper."""
