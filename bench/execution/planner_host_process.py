@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from json import dumps, loads
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 import planners
@@ -27,6 +28,7 @@ from envs.registry import Entry, Spec
 from envs.registry.text_values import text_of
 
 _MOST_NOTE = 2000  # characters of a line of log
+_GLANCE_S = 0.5  # between looks whether the parent is there
 
 _Data = Mapping[str, Any]
 
@@ -37,6 +39,7 @@ def main(descriptor: int) -> None:
     os.set_inheritable(descriptor, False)  # else what a planner starts would keep it open
     faulthandler.enable()
     tie_to_parent()
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     line = _Line(connection)
     logging.basicConfig(level=logging.INFO, handlers=[_PassesOn(line)], force=True)
     try:
@@ -45,6 +48,13 @@ def main(descriptor: int) -> None:
             line.send(_answer(request))
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return  # the parent has gone or has hung up
+
+
+def _end_with(parent: int) -> None:
+    """Ends this process when its parent has, whatever a planner's file is doing meanwhile."""
+    while os.getppid() == parent:
+        sleep(_GLANCE_S)
+    os._exit(1)
 
 
 class _Line:

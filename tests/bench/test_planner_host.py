@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import signal
+import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -223,6 +226,33 @@ def test_it_is_asked_by_many_threads_and_ends_with_the_context(
     assert not new_children()
     assert queries.improves(entry) is True, "asked in this process, where nothing is measured"
     assert os.getpid() in imported_by(file.parent)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_it_ends_with_a_command_that_ends_while_a_file_is_imported(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    file = tmp_path / "sleeps.py"
+    file.write_text(WHERE + "import time\ntime.sleep(300)\n")
+    code = (
+        "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler);"
+        "from bench.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
+    command = subprocess.Popen(
+        [sys.executable, "-c", code, "list", "--planner-file", str(file)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    deadline, said = time.monotonic() + 60, tmp_path / "imported_by"
+    while not (said.exists() and said.read_text()):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    [pid] = imported_by(tmp_path)
+    host = psutil.Process(pid)
+    command.send_signal(number)
+    assert command.wait(timeout=30) == (130 if number == signal.SIGINT else -9)
+    _, left = psutil.wait_procs([host], timeout=20)
+    assert not left
 
 
 def test_nothing_is_started_where_nobody_is_strange(
