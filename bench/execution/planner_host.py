@@ -12,6 +12,7 @@ import logging
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,17 +109,19 @@ class HostedPlugIns(PlugIns):
     def of_packages(self) -> list[Spec]:
         if not self.points():
             return []  # and no process is started
-        return self._specs("specs_of_packages")
+        return self._specs("a package", "specs_of_packages")
 
     def of_file(self, file: Path) -> list[Spec]:
-        return self._specs("specs_of_file", str(file.absolute()))
+        return self._specs(str(file), "specs_of_file", str(file.absolute()))
 
-    def _specs(self, what: str, *arguments: str) -> list[Spec]:
+    def _specs(self, origin: str, what: str, *arguments: str) -> list[Spec]:
         try:
             specs = [Spec.of(data) for data in self._host.ask(what, *arguments)]
             for spec in specs:
                 check_form(self.kind, spec)
-        except TypeError as error:
+            # Never empty, whatever is said there: what has none is taken for ours, and imported.
+            specs = [replace(spec, origin=spec.origin or origin) for spec in specs]
+        except (AttributeError, TypeError) as error:
             raise InputError(f"what is said to be planners' specs is none: {error}") from error
         return specs
 
@@ -128,6 +131,8 @@ class HostedPlugIns(PlugIns):
     def typed(self, spec: Spec, chosen: Mapping[str, str]) -> dict[str, Any]:
         """As texts, of which any process makes the same values."""
         typed = self._host.ask("typed", spec.data, dict(chosen))
+        if not isinstance(typed, dict):
+            raise InputError(f"what is said to be arguments of {spec.id} is {brief(typed)}")
         return {str(key): str(text) for key, text in typed.items()}
 
 

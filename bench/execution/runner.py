@@ -1,4 +1,4 @@
-"""Runs a suite: who plans when, in which process, and what becomes of the result."""
+"""Carries out a run: who plans when, in which process, and what becomes of the result."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def run(
     force: bool = False,
     started_s: float = 0.0,
 ) -> None:
-    """Measures whatever of the suite the store does not hold yet.
+    """Measures whatever of the run the store does not hold yet.
 
     Args:
         force: measure again what the store holds.

@@ -198,6 +198,15 @@ def test_one_that_fails_is_refused_and_says_where(c3d: Environment, tmp_path: Pa
             planners.REGISTRY.entry("straight:bends=x")
 
 
+def test_one_that_says_it_is_ours_is_still_imported_elsewhere(bench: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "sly.py"
+    lie = "import envs.registry.spec as s\ns.Spec.data = property(lambda self: vars(self) | LIE)\n"
+    file.write_text(f"{WHERE}LIE = {{'origin': ''}}\n{lie}{plugins.PLANNER}")
+    code, _, err = bench(*small_run(tmp_path / "run", "straight"), *_files(file))
+    assert code == 0, err
+    assert os.getpid() not in imported_by(tmp_path)
+
+
 def test_another_environment_in_that_process_is_noticed(
     hosted: Entry[Planner], c3d: Environment
 ) -> None:
