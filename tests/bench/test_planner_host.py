@@ -104,16 +104,22 @@ def _files(*files: Path) -> list[object]:
     return [word for file in files for word in ("--planner-file", file)]
 
 
+def install_beside(own: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Makes one planner of ours and `plain`, of an installed package, the only ones there are."""
+    spec = planners.REGISTRY.entry(own).spec  # before, as this imports what is installed
+    text = 'PLAIN = Spec("plain", "pack:Straight", "a plug-in", groups=("mine",))\n'
+    plugins.install(
+        folder, "pack", WHERE + plugins.PLANNER + text, {"bench.planners p": "pack:PLAIN"}
+    )
+    monkeypatch.syspath_prepend(folder)
+    known = Registry[Planner]("planner", [spec], "bench.planners", Planner)
+    monkeypatch.setattr(planners, "REGISTRY", known)
+
+
 def test_an_installed_one_is_imported_elsewhere_too(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    spec = 'PLAIN = Spec("plain", "pack:Straight", "a plug-in", groups=("mine",))\n'
-    text = WHERE + plugins.PLANNER + spec
-    plugins.install(tmp_path, "pack", text, {"bench.planners p": "pack:PLAIN"})
-    monkeypatch.syspath_prepend(tmp_path)
-    own = [planners.REGISTRY.entry("rrtconnect").spec]
-    known = Registry[Planner]("planner", own, "bench.planners", Planner)
-    monkeypatch.setattr(planners, "REGISTRY", known)
+    install_beside("rrtconnect", tmp_path, monkeypatch)
     code, out, err = bench("list", "planners", "--json")
     assert code == 0, err
     [_, listed] = json.loads(out)["planners"]
@@ -121,6 +127,16 @@ def test_an_installed_one_is_imported_elsewhere_too(
     assert bench(*small_run(tmp_path / "run", "all"))[0] == 0
     assert os.getpid() not in imported_by(tmp_path)
     assert set(records_of(tmp_path / "run")["planner"]) == {"rrtconnect", "plain"}
+
+
+def test_so_is_one_that_an_argument_of_ours_names(
+    bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install_beside("mpnet", tmp_path, monkeypatch)
+    code, _, err = bench(*small_run(tmp_path / "run", "mpnet:fallback=plain"))
+    assert code == 0, err
+    assert os.getpid() not in imported_by(tmp_path)
+    assert set(records_of(tmp_path / "run")["planner"]) == {"mpnet:fallback=plain"}
 
 
 @pytest.mark.parametrize(
