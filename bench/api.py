@@ -13,9 +13,12 @@ from bench.analysis.run_results import RunResults
 from bench.execution import runner
 from bench.execution.config import CPU, RunConfig, make_run_config
 from bench.execution.launch import COMMAND
+from bench.execution.measurement import judged_path
 from bench.execution.planner_host import hosting
 from bench.execution.stop_rule import PAPER
+from bench.judging import user_metrics
 from bench.judging.judge import Judge, Judgement
+from bench.judging.metric import Metric
 from bench.report import markdown, writers
 from bench.storage.record import decode_path
 from bench.storage.store import Store, locked
@@ -46,14 +49,19 @@ class Run:
         """Where it is stored: the folder that `bench report`, `compare` and `check` take."""
         return self.results.folders[0]
 
+    @property
+    def metrics(self) -> tuple[Metric, ...]:
+        """What verified solutions are measured by, in the order of the tables."""
+        return self.results.metrics
+
     @cached_property
     def attempts(self) -> pd.DataFrame:
         """A row for each attempt, whatever became of it, with the columns of
-        `bench.storage.record.Record` but for the path: among others `env`, `planner`, `problem`
-        (its index), `outcome` ("VALID" is a verified success within the time limit), `solve_s`
-        (planning time in seconds), `length` (in the environment's unit), `safety_margin` (in
-        workspace units) and `error`."""
-        attempts: pd.DataFrame = self.results.records.drop(columns="path")
+        `bench.storage.record.Record` but for the path, and one for each metric: among others `env`,
+        `planner`, `problem` (its index), `outcome` ("VALID" is a verified success within the time
+        limit), `solve_s` (planning time in seconds), `length` (in the environment's unit),
+        `safety_margin` (in workspace units) and `error`."""
+        attempts: pd.DataFrame = self.results.records.drop(columns=["path", "metrics"])
         return attempts
 
     @cached_property
@@ -111,7 +119,7 @@ class Run:
         first to the third quartile with the median, and whiskers out to 1.5 times that.
 
         Args:
-            metric: "solve_s", "length", "safety_margin", "travel_time" or "smoothness".
+            metric: its name, as "time_s", "length" or "safety_margin"; `Run.metrics` has all.
             env, ax: as in `plot_success`.
 
         Returns:
@@ -144,6 +152,7 @@ def run(
     jobs: int = 1,
     memory_limit: int = 4096,
     planner_file: Iterable[str | Path] = (),
+    metric_file: Iterable[str | Path] = (),
     device: str = CPU,
     no_train: bool = False,
     out: str | Path | None = None,
@@ -163,6 +172,7 @@ def run(
         jobs: int, planners at a time, at most as many as there are physical cores.
         memory_limit: int, MB, of each planner's process.
         planner_file: files of Python with planners of your own.
+        metric_file: files of Python with metrics of your own.
         device: of PyTorch, "cpu" or "cuda", for learned planners.
         no_train: bool, whether learned planners without weights are left out instead of trained.
         out: folder to store in (by default results/runs/ENV).
@@ -180,7 +190,12 @@ def run(
         >>> run = bench.run("c3d", "rrtconnect", problems=20, stop="first")  # doctest: +SKIP
         >>> run.summary[["planner", "success_rate"]]  # doctest: +SKIP
     """
-    with COMMAND.begun(), hosting(), user_plugins.registered([Path(file) for file in planner_file]):
+    with (
+        COMMAND.begun(),
+        hosting(),
+        user_plugins.registered([Path(file) for file in planner_file]),
+        user_metrics.registered([Path(file) for file in metric_file]),
+    ):
         COMMAND.check_program()
         config = make_run_config(
             env=_joined(env),
@@ -203,7 +218,8 @@ def _joined(names: Names) -> str:
 
 
 def load(folder: str | Path) -> Run:
-    """What was last asked for in a folder that `bench run` wrote.
+    """What was last asked for in a folder that `bench run` wrote. Metrics that the run had from a
+    file are there by their names.
 
     Raises:
         InputError: it holds no run.
@@ -220,7 +236,8 @@ def judge(env: str | Environment, problem: Problem, path: Any) -> Judgement:
         path: waypoints (k, d) in the environment's unit, as any array-like, or None.
 
     Returns:
-        `Judgement`: `verdict`, `reason`, `length` and, of a valid path, `safety_margin` and more.
+        `Judgement`: `verdict`, `reason`, `length` and, of a valid path, `safety_margin` and
+        `metrics`, the value of each by name, None of those that need a planner's attempt.
 
     Raises:
         InputError: there is no such environment.
@@ -231,7 +248,8 @@ def judge(env: str | Environment, problem: Problem, path: Any) -> Judgement:
         >>> bench.judge("c3d", problem, [problem.start, problem.goal]).verdict.value
         'COLLISION'
     """
-    return Judge(REGISTRY.make(env) if isinstance(env, str) else env)(problem, path)
+    world = REGISTRY.make(env) if isinstance(env, str) else env
+    return judged_path(Judge(world), problem, path)
 
 
 def carry_out(

@@ -13,13 +13,14 @@ import pandas as pd
 import envs
 import planners
 from bench.analysis.run_results import RunResults
-from bench.execution import weights_manager
+from bench.execution import measurement, weights_manager
 from bench.execution.config import CPU, ProblemSet, RunConfig, on_device
 from bench.execution.session import Session
 from bench.execution.stop_rule import StopRule
 from bench.execution.supervised_planner import SupervisedPlanner
 from bench.judging.judge import Judge
-from bench.storage.record import decode_path, encode_path, outcome
+from bench.judging.metrics import REGISTERED
+from bench.storage.record import decode_path, encode_path, known_metrics, outcome
 from envs import Environment, InputError
 from envs.errors import UnknownNameError
 from envs.problem import Array
@@ -27,8 +28,8 @@ from envs.registry import Entry
 from planners import Planner
 from planners.learning.learned_planner import checked_device
 
-_SHOWN = ("outcome", "status", "verdict", "solve_s", "length", "safety_margin", "waypoints")
-"""Columns of the two rows that are printed."""
+_SHOWN = ("outcome", "status", "verdict", "solve_s")
+"""Columns of the two rows that are printed, before the metrics."""
 
 _COMPARED = ("status", "verdict")
 """What must be equal besides the path: times, and with them `LATE`, are the machine's."""
@@ -65,10 +66,12 @@ class Replay:
     @property
     def text(self) -> str:
         """Both rows, and what comes of comparing them."""
+        metrics = [m.name for m in REGISTERED if any(row.get(m.name) for row in self._rows)]
+        shown = [*_SHOWN, *(name for name in metrics if name != "time_s")]  # solve_s is there
         rows = pd.DataFrame(
-            [[row[name] for name in _SHOWN] for row in self._rows],
+            [[row.get(name) for name in shown] for row in self._rows],
             index=["then", "now"],
-            columns=list(_SHOWN),
+            columns=shown,
         )
         told = f"not the same: {self.difference}" if self.difference else "same path"
         reasons = self.notes if self.difference else ()
@@ -206,12 +209,13 @@ def _attempted(config: RunConfig, stop_cost: float) -> Mapping[str, Any]:
         attempt = supervised.attempt(problem, stop_cost)
     finally:
         supervised.stop()
-    judged = Judge(problem_set.env)(problem, attempt.path) if attempt.claims else None
+    judged = measurement.judged(Judge(problem_set.env), problem, attempt)
     verdict = judged.verdict.value if judged else ""
     what = outcome(attempt.status, verdict, attempt.solve_s, config.time_limit_s)
     path = encode_path(attempt.path)
     known = {"run_id": "replay", "outcome": what, "measured_at": "", "path": path}
-    return asdict(supervised.record(problem, attempt, judged, **known))
+    record = asdict(supervised.record(problem, attempt, judged, **known))
+    return record | known_metrics(record["metrics"])
 
 
 def _path_difference(then: Array | None, now: Array | None) -> str:

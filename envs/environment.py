@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,8 @@ class Environment(ABC):
         robot (`envs.collision.shapes.Robot`): the moving body.
         obstacles (sequence of `Obstacle`): shapes in the workspace frame, which do not move.
         speed_model (`SpeedModel`): equation 3 with this environment's constants.
+        units (mapping of str): what tables call the units of "configuration"s and of lengths in the
+            "workspace".
 
     Example:
         >>> import envs
@@ -60,6 +63,13 @@ class Environment(ABC):
     robot: Robot
     obstacles: Sequence[Obstacle]
     speed_model: SpeedModel
+    units: Mapping[str, str] = MappingProxyType({"configuration": "units", "workspace": "units"})
+
+    @property
+    def velocity_limits(self) -> Array | None:
+        """Limits of each coordinate's velocity, float64 (d,), positive, in the configurations' unit
+        a second; None where the robot has none that are known, which is the default."""
+        return None
 
     @property
     def dimension(self) -> int:

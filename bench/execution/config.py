@@ -14,7 +14,8 @@ import planners
 from bench.execution import planner_queries as queries
 from bench.execution.planner_queries import World
 from bench.execution.stop_rule import PAPER, StopRule, paper_rule
-from bench.judging.metrics import share_blocked, straight_lines
+from bench.judging.metrics import REGISTERED
+from bench.judging.straight_lines import share_blocked, straight_lines
 from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
 from envs.seeding import TEST_SEEDS, training_seed
@@ -84,6 +85,7 @@ class RunConfig:
                 {
                     "id": problem_set.entry.id,
                     "fingerprint": problem_set.env.fingerprint,
+                    "units": dict(problem_set.env.units),
                     **self._told(problem_set),
                     "weights": {entry.id: problem_set.weights(entry) for entry in self.planners},
                 }
@@ -96,6 +98,7 @@ class RunConfig:
             "seed": self.seed,
             "settings": self.settings,
             "settings_digest": self.settings_digest,
+            "metrics": [metric.definition for metric in REGISTERED if metric.origin],
         }
 
     def _told(self, problem_set: ProblemSet) -> dict[str, Any]:
@@ -134,7 +137,7 @@ class ProblemSet:
 
     @cached_property
     def straight_lines(self) -> str:
-        """See `bench.judging.metrics.straight_lines`."""
+        """See `bench.judging.straight_lines.straight_lines`."""
         return straight_lines(self.env, self.problems)
 
     def weights(self, planner: Entry[Planner]) -> str:

@@ -8,7 +8,7 @@ from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import cached_property
 from time import monotonic
 
-from bench.execution import weights_manager
+from bench.execution import measurement, weights_manager
 from bench.execution.attempt_journal import Underway
 from bench.execution.config import ProblemSet, RunConfig, on_device
 from bench.execution.planner_queries import minutes_of_training
@@ -53,6 +53,8 @@ def run(
     stages = [
         _Stage(config, problem_set, store, session, force) for problem_set in config.problem_sets
     ]
+    for stage in stages:
+        stage.add_missing_metrics()
     if not any(stage.open for stage in stages):
         return
     _announce_training(stages)
@@ -113,6 +115,7 @@ class _Stage:
             self._config.planner_versions,
             {fingerprint: self._weights},
         )
+        self._held = held
         tried = held[held["status"] != Fault.SKIPPED.value]
         done = set() if self._force else set(zip(tried["planner"], tried["problem"], strict=True))
         self.open = {
@@ -126,6 +129,11 @@ class _Stage:
             of_reference = held[(held["planner"] == reference.id) & (held["solved"] == 1)]
             lengths = zip(of_reference["problem"], of_reference["length"], strict=True)
             self._reference_lengths = dict(lengths)
+
+    def add_missing_metrics(self) -> None:
+        """To what the store holds already."""
+        problems = {problem.index: problem for problem in self._problem_set.problems}
+        measurement.add_missing_metrics(self._store, self._held, self._problem_set.env, problems)
 
     @cached_property
     def minutes_of_training(self) -> float:
@@ -233,7 +241,7 @@ class _Stage:
         self, judge: Judge, supervised: SupervisedPlanner, problem: Problem, attempt: Attempt
     ) -> Record:
         begin = monotonic()
-        judged = judge(problem, attempt.path) if attempt.claims else None
+        judged = measurement.judged(judge, problem, attempt)
         spent = monotonic() - begin
         self._session.add(Costs(attempts=1, solve_s=attempt.solve_s or 0.0, judge_s=spent))
         verdict = judged.verdict.value if judged else ""
@@ -251,8 +259,8 @@ class _Stage:
         if reference and supervised.id == reference.id:
             # Measured anew, it may fail where it once solved.
             self._reference_lengths.pop(problem.index, None)
-            if record.solved and record.length:
-                self._reference_lengths[problem.index] = record.length
+            if judged is not None and judged.length and record.solved:
+                self._reference_lengths[problem.index] = judged.length
         return record
 
 

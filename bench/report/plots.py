@@ -12,15 +12,6 @@ from bench.analysis.statistics import solved_by_time
 from bench.storage.record import Verdict
 from envs.errors import InputError, UnknownNameError
 
-METRICS = {
-    "solve_s": "planning time (s)",
-    "length": "path length (environment's unit)",
-    "safety_margin": "safety margin (workspace units)",
-    "travel_time": "travel time at the speed of equation 3",
-    "smoothness": "smoothness (OMPL's, 0 for a straight line)",
-}
-"""What can be drawn, by its column, with its title and unit."""
-
 
 def success(run: RunResults, env: str | None, ax: Axes | None) -> Axes:
     """The share of problems solved over planning time; see `bench.Run.plot_success`."""
@@ -32,7 +23,7 @@ def success(run: RunResults, env: str | None, ax: Axes | None) -> Axes:
         times = attempts["solve_s"].to_numpy(np.float64)
         curve = solved_by_time(times, solved, until_s=limit_s)
         axes.step(curve.times_s[1:], curve.share[1:], where="post", label=str(planner))
-    axes.set(xscale="log", xlabel=METRICS["solve_s"], ylabel="share of problems solved")
+    axes.set(xscale="log", xlabel="planning time s", ylabel="share of problems solved")
     axes.set(ylim=(-0.02, 1.02), title=chosen)
     axes.legend()
     return axes
@@ -40,16 +31,17 @@ def success(run: RunResults, env: str | None, ax: Axes | None) -> Axes:
 
 def metric(run: RunResults, name: str, env: str | None, ax: Axes | None) -> Axes:
     """A number's distribution over verified successes; see `bench.Run.plot_metric`."""
-    if name not in METRICS:
-        raise UnknownNameError("metric", name, METRICS)
+    known = {metric.name: metric for metric in run.metrics}
+    if name not in known:
+        raise UnknownNameError("metric", name, known)
     axes = ax if ax is not None else plt.subplots()[1]
     chosen, records = _of(run, env)
     solved = records[records["outcome"] == Verdict.VALID.value]
     values = {str(p): rows[name].dropna() for p, rows in solved.groupby("planner", sort=False)}
     axes.boxplot(list(values.values()), tick_labels=list(values), orientation="horizontal")
     axes.invert_yaxis()  # the first on top, as in the tables
-    axes.set(xlabel=METRICS[name], title=chosen)
-    if name == "solve_s":
+    axes.set(xlabel=run.heading(known[name]), title=chosen)
+    if known[name].timed:
         axes.set_xscale("log")
     return axes
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
+from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -22,16 +23,6 @@ from envs.collision.fcl_model import Allowed
 from envs.collision.shapes import triangulated
 from envs.errors import suggestion
 from envs.problem import Array
-
-COLOURS = {
-    "ntfields": "tab:orange",
-    "ief3d": "tab:purple",
-    "fmm": "tab:green",
-    "mpnet": "tab:blue",
-    "rrtstar": "tab:cyan",
-    "lazyprmstar": "gold",
-}
-"""The paper's; other planners take the rest of the colour cycle."""
 
 _OTHER_COLOURS = (
     *("tab:red", "tab:pink", "tab:brown", "tab:olive", "black", "tab:gray"),
@@ -105,11 +96,15 @@ def paths_of_problem(records: pd.DataFrame, fingerprint: str, problem: int | Non
     return Shown(problem, paths, frozenset(refused))
 
 
-def colours(planners: Iterable[str]) -> dict[str, str]:
-    """What each planner is drawn in."""
-    names = list(planners)
+def colours(ids: Iterable[str]) -> dict[str, str]:
+    """What each planner is drawn in: what its spec says, or one of the rest."""
+    names = list(ids)
+    specified = {spec.id: spec.colour for spec in planners.REGISTRY.known() if spec.colour}
     others = iter(_OTHER_COLOURS * (1 + len(names)))
-    return {name: COLOURS.get(name) or next(others) for name in names}
+    return {
+        name: specified[name] if is_color_like(specified.get(name)) else next(others)
+        for name in names
+    }
 
 
 def save(figure: Figure, file: Path) -> None:

@@ -143,6 +143,10 @@ class Registry(Generic[T]):
         self._read_plugins()
         return list(self._specs.values())
 
+    def known(self) -> list[Spec]:
+        """The specs that are known so far: plug-ins that nobody has asked for are not looked at."""
+        return list(self._specs.values())
+
     def group(self, name: str) -> list[Spec]:
         """The specs of a group; "all" has every spec that does not keep out of it."""
         if name == "all":

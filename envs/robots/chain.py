@@ -31,6 +31,7 @@ class Joint:
         axis: (3,) of unit length, in the joint's frame.
         prismatic: whether it slides along the axis instead of turning about it.
         lower, upper: limits, in radians or metres.
+        velocity: the limit of its velocity, in radians or metres a second; None if none is stated.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Joint:
     prismatic: bool
     lower: float
     upper: float
+    velocity: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -184,7 +184,14 @@ def _joint(joint: Any, origin: Array) -> Joint:
     if not 1e-9 < length < math.inf:
         raise InputError(f"joint {joint.name!r}: its axis has no usable length, as 0 0 1 has")
     lower, upper = _limits(joint)
-    return Joint(joint.name, origin, joint.axis / length, joint.type == "prismatic", lower, upper)
+    axis, slides = joint.axis / length, joint.type == "prismatic"
+    return Joint(joint.name, origin, axis, slides, lower, upper, _velocity(joint))
+
+
+def _velocity(joint: Any) -> float | None:
+    """The limit of its velocity; 0, which exporters write where they know none, is none."""
+    stated = None if joint.limit is None else joint.limit.velocity
+    return stated if stated is not None and 0 < stated < math.inf else None
 
 
 def _limits(joint: Any) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,7 @@ class ArmWorld(Environment):
     min_clearance = 0.02
     min_separation = 1.0
     most_free_of_five = 5
+    units = MappingProxyType({"configuration": "rad", "workspace": "m"})
 
     def __init__(
         self, arm: Arm, obstacles: Sequence[PlacedShape], kind: str, seeds: tuple[int, ...] = ()
@@ -92,6 +94,12 @@ class ArmWorld(Environment):
     @property
     def extent(self) -> float:
         return 2 * self.robot.extent
+
+    @property
+    def velocity_limits(self) -> Array | None:
+        """As stated by the robot's file, if it states all."""
+        stated = [joint.velocity for joint in self.robot.chain.joints]
+        return None if None in stated else np.array(stated, dtype=float)
 
     @cached_property
     def scene(self) -> SceneArrays:

@@ -12,7 +12,7 @@ import trimesh
 import envs
 import planners
 from bench.conformance.trials import WalledIn, unsolvable_problem
-from bench.judging.metrics import path_length, travel_time
+from bench.judging.path_numbers import path_length, travel_time
 from envs import InputError, Problem
 from envs.scenes.mesh_world import MeshWorld
 from planners import Budget, Status

@@ -4,13 +4,12 @@ A run is summed up by the same `Baseline` that is kept as CSV, so that a check s
 by side.
 """
 
-from bench.analysis.regression.baseline import MEASURES, Baseline, CheckOptions, Row
+from bench.analysis.regression.baseline import Baseline, CheckOptions, Row, gated_metrics
 from bench.analysis.regression.baseline_file import read, write
 from bench.analysis.regression.check import Check, RegressionFinding, RegressionVerdict, check
 from bench.analysis.regression.significance import SuccessTest, p_of_worse_ratio, success_test
 
 __all__ = [
-    "MEASURES",
     "Baseline",
     "Check",
     "CheckOptions",
@@ -19,6 +18,7 @@ __all__ = [
     "SuccessTest",
     "RegressionVerdict",
     "check",
+    "gated_metrics",
     "p_of_worse_ratio",
     "read",
     "success_test",

@@ -15,6 +15,7 @@ import pandas as pd
 
 from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import improvement, solved_by_time
+from bench.judging.metric import Metric
 from bench.report import formatting
 from bench.report.html.problem_sets import Arena
 from bench.storage.record import Verdict, cost_history
@@ -23,14 +24,17 @@ from envs.problem import Array
 _DIGITS = 5  # that can be told apart in a plot
 
 
-def overview_data(arena: Arena, numbers: dict[str, int]) -> dict[str, Any]:
+def overview_data(
+    arena: Arena, numbers: dict[str, int], metrics: Sequence[Metric]
+) -> dict[str, Any]:
     """An arena's `outcomes`: for each of its `problems` a list of the words of its `planners`, None
     without an attempt; and its curves, lists of objects with `planner` and what follows:
 
     - `solved`: `x` seconds, `y` the share of attempts verified by then;
     - `costs`: `x` seconds, `y` the median of the best length so far, `low` and `high` the ends of
       its interval; None where infinite;
-    - `time`, `length`, `margin`: `values` of verified successes.
+    - `metrics`: of each metric that has a value here its `title`, whether its axis is logarithmic
+      (`log`), and `curves`: `values` of verified successes.
 
     Args:
         numbers: the planners' among all of the page.
@@ -51,9 +55,11 @@ def overview_data(arena: Arena, numbers: dict[str, int]) -> dict[str, Any]:
         "outcomes": table.astype(object).where(table.notna(), None).to_numpy().tolist(),
         "solved": curves(partial(solved_by, limit_s=arena.time_limit_s)),
         "costs": curves(partial(best_by, limit_s=arena.time_limit_s)),
-        "time": curves(partial(_values, column="solve_s")),
-        "length": curves(partial(_values, column="length")),
-        "margin": curves(partial(_values, column="safety_margin")),
+        "metrics": [
+            {"title": metric.heading([arena.units]), "log": metric.timed, "curves": made}
+            for metric in metrics
+            if (made := curves(partial(_values, column=metric.name)))
+        ],
     }
 
 
@@ -108,15 +114,14 @@ _SORTED_BY = {
     "problems": "problems",
     "n": "problems",
     "success %": "success_rate",
-    "time s": "time_s_mean",
-    "length": "length_mean",
-    "safety margin": "safety_margin_mean",
+    "setup s": "setup_s",
+    "training s": "train_s",
     "offline s": "offline_s",
     formatting.BLOCKED_SUCCESS: "blocked_success_rate",
     formatting.BLOCKED_LENGTH: "blocked_length_mean",
     **{title: f"time_s_to_{level}" for level, title in formatting.REACHED.items()},
 }
-"""Titles of columns with numbers to the summary's columns."""
+"""Titles of columns with numbers, besides those of metrics, to the summary's columns."""
 
 
 @dataclass(frozen=True)
@@ -143,17 +148,23 @@ class Table:
     rows: list[list[Cell]]
 
 
-def success_table(summary: pd.DataFrame, spread: str) -> Table:
+def success_table(run: RunResults) -> Table:
     """The main table; see `bench.report.formatting.success_rows`."""
-    return _table(formatting.success_rows(summary, spread), summary)
+    return _table(formatting.success_rows(run), run.summary, run)
 
 
-def common_table(common: pd.DataFrame) -> Table:
+def further_table(run: RunResults) -> Table:
+    """The metrics that are not in the main table; see `bench.report.formatting.further_rows`."""
+    rows = formatting.further_rows(run)
+    return _table(rows, run.summary if rows else run.summary[:0], run)
+
+
+def common_table(run: RunResults) -> Table:
     """The table of commonly solved problems; see `bench.report.formatting.common_rows`."""
-    return _table(formatting.common_rows(common), common)
+    return _table(formatting.common_rows(run), run.common, run)
 
 
-def offline_table(summary: pd.DataFrame) -> Table:
+def offline_table(run: RunResults) -> Table:
     """What was spent before any problem was known."""
     rows = [
         {
@@ -163,14 +174,13 @@ def offline_table(summary: pd.DataFrame) -> Table:
             "training s": formatting.number(row["train_s"], 2),
             "offline s": formatting.number(row["offline_s"], 2),
         }
-        for row in summary.to_dict("records")
+        for row in run.summary.to_dict("records")
     ]
-    return _table(rows, summary, {"setup s": "setup_s", "training s": "train_s", **_SORTED_BY})
+    return _table(rows, run.summary, run)
 
 
-def _table(
-    rows: Sequence[dict[str, str]], data: pd.DataFrame, sorted_by: dict[str, str] = _SORTED_BY
-) -> Table:
+def _table(rows: Sequence[dict[str, str]], data: pd.DataFrame, run: RunResults) -> Table:
+    sorted_by = {**_SORTED_BY, **formatting.metric_columns(run)}
     titles = list(rows[0]) if rows else []
     made = [
         [_cell(title, text, numbers, sorted_by) for title, text in row.items()]

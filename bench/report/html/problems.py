@@ -4,6 +4,7 @@ refused path first collides.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.judging.metric import Metric
 from bench.report import formatting
 from bench.report.html.geometry import Scene, drawable, scene_of
 from bench.report.html.problem_sets import Arena
@@ -19,45 +21,53 @@ from envs import Environment, InputError
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 
-COLUMNS = {
-    "solve_s": ("time s", 4),
-    "length": ("length", 3),
-    "safety_margin": ("safety margin", 3),
-    "travel_time": ("travel time", 3),
-    "smoothness": ("smoothness", 3),
-    "waypoints": ("waypoints", 0),
-    "collision_checks": ("collision checks", 0),
-    "peak_memory_mb": ("memory MB", 0),
-}
-"""An attempt's numbers: columns of the record to their titles and decimals."""
+Column = tuple[str, str, int]
+"""Of an attempt's numbers: the record's column, its title, its decimals."""
+
+_MORE_DIGITS = 1  # of one attempt than of means
+
+_OF_ANY_ATTEMPT: tuple[Column, ...] = (
+    ("collision_checks", "collision checks", 0),
+    ("peak_memory_mb", "memory MB", 0),
+)
 
 
-def problems_data(arena: Arena) -> dict[str, Any]:
+def columns(metrics: Sequence[Metric]) -> list[Column]:
+    """What the pages show of each attempt: its time, also of a failure, and the metrics."""
+    others = [metric for metric in metrics if metric.name != "time_s"]
+    return [
+        ("solve_s", "time s", 4),
+        *((m.name, m.heading(), m.digits + _MORE_DIGITS if m.digits else 0) for m in others),
+        *_OF_ANY_ATTEMPT,
+    ]
+
+
+def problems_data(arena: Arena, shown: Sequence[Column]) -> dict[str, Any]:
     """What the pages of an arena's problems show.
 
     `scene` is as of `Scene.data`, None where there is no way to show it: `why` says so then.
     `problems` maps the number of each to its `start` and `goal` (3,), where they are known, and to
     its `attempts`, each with `planner` (its number among the arena's), `outcome`, `texts` (one for
-    each of `COLUMNS`), `error`, and where there is a path to show `drawn` (see `Scene.drawn`), and
+    each column), `error`, and where there is a path to show `drawn` (see `Scene.drawn`), and
     of one that collides `contact`: where first, as `drawn` and as a `share` of its length.
     """
     try:
         world = arena.world()
     except InputError as error:
-        return _Plain(arena).data(f"The scene cannot be shown: {error}")
+        return _Plain(arena, shown).data(f"The scene cannot be shown: {error}")
     scene = scene_of(world)
     if scene is None:
-        return _Plain(arena).data(
+        return _Plain(arena, shown).data(
             f"Only arms and 3-D environments can be shown, not {world.dimension}-D ones"
         )
-    return _Shown(arena, world, scene).data()
+    return _Shown(arena, shown, world, scene).data()
 
 
 class _Plain:
     """Problems of which nothing can be drawn."""
 
-    def __init__(self, arena: Arena) -> None:
-        self._arena = arena
+    def __init__(self, arena: Arena, shown: Sequence[Column]) -> None:
+        self._arena, self._columns = arena, shown
         self._numbers = {planner: number for number, planner in enumerate(arena.planners)}
 
     def data(self, why: str) -> dict[str, Any]:
@@ -71,7 +81,7 @@ class _Plain:
         }
 
     def _attempt(self, row: dict[Any, Any]) -> dict[str, Any]:
-        texts = [formatting.number(row[column], digits) for column, (_, digits) in COLUMNS.items()]
+        texts = [formatting.number(row[column], digits) for column, _, digits in self._columns]
         return {
             "planner": self._numbers[row["planner"]],
             "outcome": row["outcome"],
@@ -83,8 +93,10 @@ class _Plain:
 class _Shown(_Plain):
     """Problems whose paths are drawn in their world."""
 
-    def __init__(self, arena: Arena, world: Environment, scene: Scene) -> None:
-        super().__init__(arena)
+    def __init__(
+        self, arena: Arena, shown: Sequence[Column], world: Environment, scene: Scene
+    ) -> None:
+        super().__init__(arena, shown)
         self._world, self._scene = world, scene
         self._ends = self._known_ends()
 

@@ -50,24 +50,17 @@ const CHARTS = {
     [...arena.costs.map(band), ...lines(arena.costs, { hovertemplate: "%{y:.4~g} by %{x:.3~g} s" })],
     { xaxis: seconds(arena.costs, "x"), yaxis: { title: { text: "path length" } } },
   ],
-  time: (arena) => [
-    spreads(arena.time),
-    { xaxis: seconds(arena.time, "values"), yaxis: SIDEWAYS, showlegend: false },
-  ],
-  length: (arena) => [
-    spreads(arena.length),
-    { xaxis: { title: { text: "path length" } }, yaxis: SIDEWAYS, showlegend: false },
-  ],
-  margin: (arena) => [
-    spreads(arena.margin),
-    { xaxis: { title: { text: "safety margin" } }, yaxis: SIDEWAYS, showlegend: false },
-  ],
+  metric: (arena, place) => {
+    const { title, log, curves } = arena.metrics[place.dataset.metric];
+    const axis = log ? seconds(curves, "values") : { title: { text: title } };
+    return [spreads(curves), { xaxis: axis, yaxis: SIDEWAYS, showlegend: false }];
+  },
 };
 
 async function drawChart(place) {
   const Plotly = await plotly();
   const arena = report.arenas[place.closest("[data-arena]").dataset.arena];
-  const [traces, layout] = CHARTS[place.dataset.chart](arena);
+  const [traces, layout] = CHARTS[place.dataset.chart](arena, place);
   const axis = { gridcolor: "#888", zeroline: false, showline: false };
   await Plotly.react(place, traces, {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", autosize: true,
