@@ -114,6 +114,28 @@ class Run:
 
         return plots.success(self.results, env, ax)
 
+    def plot_anytime(
+        self, env: str | None = None, problem: int | None = None, ax: Axes | None = None
+    ) -> Axes:
+        """Draws the best length over planning time of planners that go on improving: the median
+        over problems, of several attempts at a problem (`repeats`) that of their medians, with its
+        95 % interval, which assumes no distribution. What is not solved counts as infinitely long.
+        A dot stands where half of the attempts had their first solution.
+
+        Args:
+            env, ax: as in `plot_success`.
+            problem: the index of one problem, whose attempts alone are drawn then.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: there is no such problem, or see `plot_success`.
+        """
+        from bench.report import plots
+
+        return plots.costs(self.results, env, problem, ax)
+
     def plot_metric(self, metric: str, env: str | None = None, ax: Axes | None = None) -> Axes:
         """Draws how a number is distributed over each planner's verified successes: a box from the
         first to the third quartile with the median, and whiskers out to 1.5 times that.
@@ -146,6 +168,7 @@ def run(
     planners: Names = "all",
     *,
     problems: int = 50,
+    repeats: int = 1,
     seed: int = 0,
     time_limit: float = 5.0,
     stop: str = PAPER,
@@ -165,6 +188,7 @@ def run(
         env: environments, as in "c3d,c3d:scene=3,boxes=20" or ["c3d", "arm4"].
         planners: planners or groups of them, as in "fmm,rrtstar:range=2".
         problems: int, how many an environment.
+        repeats: int, how often each planner attempts each of them, with another seed each time.
         seed: int from 0, of problems, planners and their order.
         time_limit: float, seconds a problem.
         stop: when planners that improve their path stop: "first", "limit",
@@ -201,6 +225,7 @@ def run(
             env=_joined(env),
             planner=_joined(planners),
             problems=problems,
+            repeats=repeats,
             seed=seed,
             time_limit_s=time_limit,
             stop=stop,

@@ -19,15 +19,16 @@ Printed = dict[str, tuple[int, int, list[str]]]
 
 def printed(spread: str) -> Printed:
     """What the table of all attempts shows, with this after each ±."""
+    moments = ("mean", spread, "median")
     return {
         "problems": (1, 0, ["problems"]),
         "success %": (100, 1, ["success_rate", "success_low", "success_high"]),
-        "time s": (1, 3, [f"time_s_{what}" for what in ("mean", spread, "median")]),
-        "length units": (1, 2, [f"length_{what}" for what in ("mean", spread, "median")]),
+        "time s": (1, 3, [f"time_s_{what}" for what in moments]),
+        "length units": (1, 2, [f"length_{what}" for what in moments]),
         "safety margin units": (
             1,
             2,
-            [f"safety_margin_{what}" for what in ("mean", spread, "median")],
+            [f"safety_margin_{what}" for what in moments],
         ),
         "offline s": (1, 2, ["offline_s"]),
     }

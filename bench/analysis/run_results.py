@@ -32,7 +32,7 @@ class RunResults:
         selections: what was asked for, of each folder; see
             `bench.execution.config.RunConfig.selection`.
         records: one row an attempt, with the columns of `bench.storage.record.Record` and one for
-            each metric; ordered by environment, planner (as asked for) and problem.
+            each metric; ordered by environment, planner (as asked for), problem and repeat.
         sessions: when, where and at what cost it was measured, oldest first.
         spread: what stands after the ± of a mean in its tables; see
             `bench.report.formatting.SPREADS`.
@@ -229,14 +229,25 @@ def _selected(store: StoredRecords, selection: dict[str, Any]) -> pd.DataFrame:
         selection.get("planner_versions"),  # which older stores do not say
         _weights(selection),
     )
-    wanted = rows["planner"].isin(selection["planners"]) & (rows["problem"] < selection["problems"])
+    wanted = (
+        rows["planner"].isin(selection["planners"])
+        & (rows["problem"] < selection["problems"])
+        & (rows["repeat"] < repeats_of(selection))
+    )
     ranked = rows[wanted].assign(
         env_rank=rows["env_fingerprint"].map(fingerprints.index),
         planner_rank=rows["planner"].map({p: i for i, p in enumerate(selection["planners"])}),
     )
-    ordered = ranked.sort_values(["env_rank", "planner_rank", "problem"], ignore_index=True)
+    ordered = ranked.sort_values(
+        ["env_rank", "planner_rank", "problem", "repeat"], ignore_index=True
+    )
     chosen: pd.DataFrame = ordered.drop(columns=["env_rank", "planner_rank"])
     return chosen
+
+
+def repeats_of(selection: Mapping[str, Any]) -> int:
+    """How often each planner attempted each problem; older runs, which do not say, once."""
+    return int(selection.get("repeats", 1))
 
 
 def _weights(selection: dict[str, Any]) -> dict[str, dict[str, str]] | None:
@@ -253,8 +264,10 @@ def _whose(selection: dict[str, Any]) -> str:
 
 def _caption(selection: dict[str, Any]) -> str:
     settings = selection["settings"]
+    times = repeats_of(selection)
+    often = f", {times} attempts a problem" if times > 1 else ""
     text = (
-        f"{selection['problems']} problems an environment, seed {selection['seed']}, "
+        f"{selection['problems']} problems an environment{often}, seed {selection['seed']}, "
         f"time limit {settings['time_limit_s']:g} s, stop rule `{settings['stop']}`, "
         f"{settings['jobs']} at a time."
     )

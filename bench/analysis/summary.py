@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from bench.analysis import timing
-from bench.analysis.statistics import censored_median, wilson_interval
+from bench.analysis.statistics import censored_median, clustered_wilson_interval
 from bench.analysis.timing import cpu_shares
 from bench.judging.metric import Metric
 from bench.storage.record import NOT_ATTEMPTED, Verdict
@@ -78,12 +78,12 @@ def _row(
     records = attempted_records(all_records)
     successes = records["outcome"] == Verdict.VALID.value
     solved = records[successes]
-    low, high = wilson_interval(len(solved), len(records)) if len(records) else (math.nan,) * 2
+    low, high = _success_interval(records, successes)
     setup_s, train_s = (records[name].astype(float).max() for name in ("setup_s", "train_s"))
     row: dict[str, object] = {
         "env": env,
         "planner": planner,
-        "problems": len(all_records),
+        "problems": all_records["problem"].nunique(),
         "attempted": len(records),
         "solved": len(solved),
         "success_rate": len(solved) / len(records) if len(records) else math.nan,
@@ -104,6 +104,14 @@ def _row(
         moments = values.mean(), values.std(), values.var(), values.median()
         row |= {f"{metric.name}_{name}": m for name, m in zip(_MOMENTS, moments, strict=True)}
     return row | _of_blocked(records)
+
+
+def _success_interval(records: pd.DataFrame, successes: pd.Series) -> tuple[float, float]:
+    """Of the success rate; attempts at one problem are not independent of each other."""
+    if records.empty:
+        return math.nan, math.nan
+    by_problem = successes.groupby(records["problem"])
+    return clustered_wilson_interval(by_problem.sum(), by_problem.count())
 
 
 def _of_blocked(records: pd.DataFrame) -> dict[str, object]:
@@ -204,11 +212,12 @@ def _tells(solved: pd.DataFrame, counts: pd.Series) -> pd.Series:
 
 
 def _commonly_solved(attempts: pd.DataFrame, planners: Sequence[str]) -> pd.DataFrame:
-    """The attempts at problems that all of some planners solved."""
+    """The attempts at problems that all of some planners solved; of several attempts at a problem,
+    those with the same number."""
     solved = attempts[(attempts["outcome"] == Verdict.VALID.value)]
     solved = solved[solved["planner"].isin(planners)]
-    counts = solved.groupby("problem")["planner"].nunique()
-    common: pd.DataFrame = solved[solved["problem"].isin(counts.index[counts == len(planners)])]
+    counts = solved.groupby(["problem", "repeat"])["planner"].transform("nunique")
+    common: pd.DataFrame = solved[counts == len(planners)]
     return common
 
 

@@ -34,6 +34,7 @@ def run(chosen: SimpleNamespace) -> int:
         env=chosen.env,
         planner=chosen.planners,
         problems=chosen.problems,
+        repeats=chosen.repeats,
         seed=chosen.seed,
         time_limit_s=chosen.time_limit,
         stop=chosen.stop,
@@ -209,6 +210,6 @@ def test_planner(chosen: SimpleNamespace) -> int:
 
 def replay(chosen: SimpleNamespace) -> int:
     """`bench replay`."""
-    found = replaying.replay(chosen.dir, chosen.planner, chosen.problem, chosen.env)
+    found = replaying.replay(chosen.dir, chosen.planner, chosen.problem, chosen.env, chosen.repeat)
     tell(found.text)
     return DIFFERENT if found.difference else DONE

@@ -165,6 +165,9 @@ _device = click.option(
 )
 @click.option("--problems", type=int, default=50, metavar="N", help="an environment (default: 50)")
 @click.option(
+    "--repeats", type=int, default=1, metavar="N", help="attempts at each problem (default: 1)"
+)
+@click.option(
     "--seed", type=int, default=0, metavar="S", help="of problems and planners (default: 0)"
 )
 @click.option("--time-limit", type=float, default=5.0, metavar="SECONDS", help="(default: 5)")
@@ -389,6 +392,9 @@ def test_planner() -> None:
 @_folder("dir")
 @click.option("--planner", required=True, metavar="P", help="a planner of that run")
 @click.option("--problem", type=int, required=True, metavar="I", help="the index of a problem")
+@click.option(
+    "--repeat", type=int, default=0, metavar="R", help="which attempt at it, from 0 (default: 0)"
+)
 @click.option(
     "--env",
     metavar="ENV",

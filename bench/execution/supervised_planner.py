@@ -98,7 +98,6 @@ class SupervisedPlanner:
             planner_version=self._planner.spec.version,
             weights=self.weights,
             problem=problem.index,
-            repeat=0,
             problems_seed=self._config.seed,
             settings=self._config.settings_digest,
             seed=problem.seed,

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.analysis.run_results import RunResults
+from bench.analysis.run_results import RunResults, repeats_of
 from bench.analysis.summary import attempted_records, why_not_attempted
 from bench.judging.metric import Metric
 from bench.storage.record import LATE, Fault, Verdict, cost_history
@@ -61,8 +61,8 @@ _JUDGED = {"status": "ENUM", "solved": "BOOLEAN", "correct_solution": "BOOLEAN"}
 
 
 def _shown(run: RunResults) -> list[Metric]:
-    """OMPL's, which are always there, and those of ours that have a value: Planner Arena cannot plot
-    a column without."""
+    """OMPL's, which are always there, and those of ours that have a value: Planner Arena cannot
+    plot a column without."""
     return [
         metric
         for metric in run.metrics
@@ -192,7 +192,7 @@ def _experiment(
         "totaltime": sum(session["wall_s"] for session in sessions),
         "timelimit": settings["time_limit_s"],
         "memorylimit": settings.get("memory_limit_mb"),
-        "runcount": selection["problems"],
+        "runcount": selection["problems"] * repeats_of(selection),
         "version": _version(sessions),
         "hostname": _distinct(machine.get("system") for machine in machines),
         "cpuinfo": _distinct(json.dumps(machine) for machine in machines if machine),

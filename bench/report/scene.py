@@ -84,7 +84,8 @@ def paths_of_problem(records: pd.DataFrame, fingerprint: str, problem: int | Non
     Raises:
         InputError: there are none.
     """
-    rows = records[(records["env_fingerprint"] == fingerprint) & records["path"].notna()]
+    first = records[records["repeat"] == 0]
+    rows = first[(first["env_fingerprint"] == fingerprint) & first["path"].notna()]
     if problem is None and not rows["length"].dropna().empty:
         problem = int(rows.loc[rows["length"].astype(float).idxmax(), "problem"])
     rows = rows[rows["problem"] == problem]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import planners
 from bench.analysis.comparison.conditions import Conditions
 from bench.analysis.run_results import RunResults
-from bench.storage.record import NOT_ATTEMPTED
+from bench.storage.record import NOT_ATTEMPTED, Verdict
 from envs import InputError
 from envs.errors import suggestion
 from envs.registry.arguments import split_entries
@@ -24,7 +24,7 @@ class Side:
 
     Attributes:
         folder: where its run is stored.
-        attempts: rows of the store, one a problem, in their order; the other side has the same
+        attempts: rows of the store, ordered by problem and repeat; the other side has the same
             problems.
         conditions: how they were measured.
     """
@@ -34,11 +34,25 @@ class Side:
     attempts: pd.DataFrame
     conditions: Conditions
 
+    @property
+    def success(self) -> NDArray[np.float64]:
+        """(n,) of each problem the share of its attempts that were verified successes."""
+        solved = self.attempts["outcome"] == Verdict.VALID.value
+        rates: NDArray[np.float64] = (
+            solved.groupby(self.attempts["problem"]).mean().to_numpy(dtype=float)
+        )
+        return rates
+
     def values(self, metric: str) -> NDArray[np.float64]:
-        """(n,) of each attempt; NaN where the run knows no such metric."""
-        if metric not in self.attempts:
-            return np.full(len(self.attempts), np.nan)
-        return self.attempts[metric].to_numpy(dtype=float)
+        """(n,) of each problem the median over its verified successes; NaN where there is none, or
+        the run knows no such metric."""
+        solved = self.attempts["outcome"] == Verdict.VALID.value
+        column = self.attempts[metric] if metric in self.attempts else np.nan * solved
+        known = column.astype(float).where(solved)
+        medians: NDArray[np.float64] = (
+            known.groupby(self.attempts["problem"]).median().to_numpy(dtype=float)
+        )
+        return medians
 
 
 @dataclass(frozen=True)
@@ -83,7 +97,7 @@ class _ProblemSet:
 
     def side(self, planner: str, problems: set[int]) -> Side:
         chosen = (self.rows["planner"] == planner) & self.rows["problem"].isin(problems)
-        attempts = self.rows[chosen].sort_values("problem", ignore_index=True)
+        attempts = self.rows[chosen].sort_values(["problem", "repeat"], ignore_index=True)
         return Side(_folder(self.run), planner, attempts, Conditions.of(self.run, attempts))
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from bench.analysis.comparison.conditions import why_times_differ
-from bench.analysis.comparison.pairing import Pair, Side
+from bench.analysis.comparison.pairing import Pair
 from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import (
     DIFFERENCE,
@@ -28,8 +28,8 @@ from bench.analysis.statistics import (
     signed_rank,
 )
 from bench.judging.metric import Metric
-from bench.storage import record
 from envs.errors import UnknownNameError
+from envs.problem import Array
 
 Flags = NDArray[np.bool_]
 
@@ -113,13 +113,14 @@ def compare(pairs: Sequence[Pair], metrics: Sequence[Metric]) -> pd.DataFrame:
 
     `measure` is "success", or a metric's name, on the `n` problems that both solved. `value_a` and
     `value_b` are success rates (of `n` problems), as fractions, or medians, in the metric's unit.
-    `only_a` and `only_b` count the problems that only one solved. `effect` says what `estimate` is,
-    and `low` and `high` the ends of its interval: "share", of those problems, B's; else Hodges and
-    Lehmann's estimate of what happens on a problem (`paired_effect`): "ratio", B's by A's, or
-    "difference", B minus A, of metrics that say so and where a value is not positive. `p` is
-    McNemar's or the signed-rank test's, of the logs where the effect is a ratio; `differing` counts
-    the problems on which both differ, which alone the test and the effect are about. `p_holm` is p
-    corrected for all tests of the table.
+    `only_a` and `only_b` count the problems that only one solved (of several attempts a problem:
+    that it solved more often; a metric of a problem is then its median). `effect` says what
+    `estimate` is, and `low` and `high` the ends of its interval: "share", of those problems, B's;
+    else Hodges and Lehmann's estimate of what happens on a problem (`paired_effect`): "ratio", B's
+    by A's, or "difference", B minus A, of metrics that say so and where a value is not positive.
+    `p` is McNemar's or the signed-rank test's, of the logs where the effect is a ratio; `differing`
+    counts the problems on which both differ, which alone the test and the effect are about.
+    `p_holm` is p corrected for all tests of the table.
 
     `verdict` is of B, by A: better or worse if `p_holm` is at most 1 - CONFIDENCE; "same" means
     that no difference was shown. Test and interval are two sides of one: uncorrected, the interval
@@ -144,14 +145,16 @@ def compare(pairs: Sequence[Pair], metrics: Sequence[Metric]) -> pd.DataFrame:
 
 
 def _findings(pair: Pair, metrics: Sequence[Metric]) -> list[_Comparison]:
-    solved_a, solved_b = _solved(pair.a), _solved(pair.b)
-    both = solved_a & solved_b
+    rate_a, rate_b = pair.a.success, pair.b.success
+    both = (rate_a > 0) & (rate_b > 0)
     measured = [_measured(metric, pair, both) for metric in metrics]
-    return [_success(solved_a, solved_b), *measured]
+    return [_success(rate_a, rate_b), *measured]
 
 
-def _success(a: Flags, b: Flags) -> _Comparison:
-    test = mcnemar(a, b)
+def _success(a: Array, b: Array) -> _Comparison:
+    """Of each problem's success rates; of several attempts a problem it counts for who solved it
+    more often."""
+    test = mcnemar(a > b, b > a)
     effect = discordant_share(test.only_first, test.only_second, CONFIDENCE)
     return _Comparison(SUCCESS, True, len(a), (float(a.mean()), float(b.mean())), test, effect)
 
@@ -173,10 +176,6 @@ def _measured(metric: Metric, pair: Pair, both: Flags) -> _Comparison:
     effect = paired_effect(a, b, kind=kind, confidence=CONFIDENCE)
     test = signed_rank(np.zeros(len(a)), np.log(b / a)) if kind == RATIO else signed_rank(a, b)
     return result(len(a), medians, test, effect)
-
-
-def _solved(side: Side) -> Flags:
-    return (side.attempts["outcome"] == record.Verdict.VALID.value).to_numpy(dtype=bool)
 
 
 def _place(pair: Pair) -> dict[str, object]:

@@ -90,11 +90,13 @@ class Baseline:
 
     @staticmethod
     def of(run: RunResults, more: Sequence[str] = ()) -> Baseline:
-        """What one folder's run comes to, with values of the primary metrics and some more."""
+        """What one folder's run comes to, with values of the primary metrics and some more; of
+        several attempts at a problem it is the first."""
         [selection] = run.selections
         wanted = {*always_kept(), *more}
         chosen = {name: metric for name, metric in gated_metrics().items() if name in wanted}
-        groups = run.records.groupby(["env", "planner"])
+        first = run.records[run.records["repeat"] == 0]
+        groups = first.groupby(["env", "planner"])
         rows = (_row(attempts, selection, chosen) for _, attempts in groups)
         return Baseline({row.key: row for row in rows}, tuple(chosen))
 

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from bench.analysis.anytime import anytime
 from bench.analysis.run_results import RunResults
-from bench.analysis.statistics import improvement, solved_by_time
+from bench.analysis.statistics import solved_by_time
 from bench.judging.metric import Metric
 from bench.report import formatting
 from bench.report.html.problem_sets import Arena
-from bench.storage.record import Verdict, cost_history
+from bench.storage.record import Verdict
 from envs.problem import Array
 
 _DIGITS = 5  # that can be told apart in a plot
@@ -32,14 +33,14 @@ def overview_data(
 
     - `solved`: `x` seconds, `y` the share of attempts verified by then;
     - `costs`: `x` seconds, `y` the median of the best length so far, `low` and `high` the ends of
-      its interval; None where infinite;
+      its interval, None where infinite; `first`, where half had a first solution, if they had;
     - `metrics`: of each metric that has a value here its `title`, whether its axis is logarithmic
       (`log`), and `curves`: `values` of verified successes.
 
     Args:
         numbers: the planners' among all of the page.
     """
-    table = arena.records.pivot(index="problem", columns="planner", values="outcome")
+    table = arena.first_attempts.pivot(index="problem", columns="planner", values="outcome")
     table = table.reindex(index=arena.problems, columns=arena.planners)
 
     def curves(of: Callable[[pd.DataFrame], Curve | None]) -> list[dict[str, Any]]:
@@ -78,9 +79,7 @@ def _short(value: float) -> float | None:
 
 
 Curve = dict[str, Array]
-"""Numbers of equal length by what they are; see the functions."""
-
-_TIMES = 80
+"""Numbers by what they are; see the functions."""
 
 
 def solved_by(records: pd.DataFrame, limit_s: float) -> Curve:
@@ -93,21 +92,20 @@ def solved_by(records: pd.DataFrame, limit_s: float) -> Curve:
 
 
 def best_by(records: pd.DataFrame, limit_s: float) -> Curve | None:
-    """The median `y` of the best length after `x` seconds, over all attempts, with the ends `low`
-    and `high` of its interval; see `bench.analysis.statistics.improvement`. None of planners that
-    keep no history. What was no verified success in the end is infinitely long from the start."""
-    solved = records["outcome"] == Verdict.VALID.value
-    histories = [
-        cost_history(stats) if ok else np.zeros((0, 2))
-        for stats, ok in zip(records["stats"], solved, strict=True)
-    ]
-    begun = [history[0, 0] for history in histories if len(history)]
-    if not begun:
+    """The median `y` of the best length after `x` seconds, with the ends `low` and `high` of its
+    interval, and, in `first`, the place where half of the attempts had a first solution; see
+    `bench.analysis.anytime`. None of planners that keep no history."""
+    found = anytime(records, limit_s)
+    if found is None:
         return None
-    # The first solution is not lost to rounding.
-    times = np.geomspace(max(min(begun), 1e-6), limit_s, _TIMES) * (1 + 1e-9)
-    curve = improvement([history.tolist() for history in histories], times)
-    return {"x": times, "y": curve.cost, "low": curve.cost_low, "high": curve.cost_high}
+    first = np.array(found.first or ())
+    return {
+        "x": found.times_s,
+        "y": found.cost,
+        "low": found.low,
+        "high": found.high,
+        "first": first,
+    }
 
 
 _SORTED_BY = {

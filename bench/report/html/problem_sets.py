@@ -38,6 +38,12 @@ class Arena:
         return [str(name) for name in self.records["planner"].unique()]
 
     @property
+    def first_attempts(self) -> pd.DataFrame:
+        """Of several attempts at a problem the first."""
+        first: pd.DataFrame = self.records[self.records["repeat"] == 0]
+        return first
+
+    @property
     def measured(self) -> pd.DataFrame:
         """The attempts of which something was measured."""
         tried: pd.DataFrame = self.records[~self.records["status"].isin(NOT_ATTEMPTED)]

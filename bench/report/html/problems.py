@@ -76,7 +76,7 @@ class _Plain:
             "why": why,
             "problems": {
                 number: {"attempts": [self._attempt(row) for row in rows.to_dict("records")]}
-                for number, rows in self._arena.records.groupby("problem")
+                for number, rows in self._arena.first_attempts.groupby("problem")
             },
         }
 

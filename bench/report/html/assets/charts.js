@@ -24,6 +24,15 @@ function band({ planner: number, x, low, high }) {
   };
 }
 
+/** Where half of a planner's attempts had a first solution. */
+function firsts(curves) {
+  return curves.filter((curve) => curve.first.length).map((curve) => ({
+    x: [curve.first[0]], y: [curve.first[1]], name: plain(planner(curve).name), mode: "markers",
+    marker: { symbol: "circle", size: 9, color: colourOf(planner(curve)) }, showlegend: false,
+    hovertemplate: "first solution by %{x:.3~g} s",
+  }));
+}
+
 function spreads(curves) {
   return curves.map((curve) => ({
     type: "box", x: curve.values, name: plain(planner(curve).name), orientation: "h",
@@ -47,7 +56,7 @@ const CHARTS = {
     { xaxis: seconds(arena.solved, "x"), yaxis: { title: { text: "share solved" }, range: [-0.02, 1.02], tickformat: ".0%" } },
   ],
   costs: (arena) => [
-    [...arena.costs.map(band), ...lines(arena.costs, { hovertemplate: "%{y:.4~g} by %{x:.3~g} s" })],
+    [...arena.costs.map(band), ...lines(arena.costs, { hovertemplate: "%{y:.4~g} by %{x:.3~g} s" }), ...firsts(arena.costs)],
     { xaxis: seconds(arena.costs, "x"), yaxis: { title: { text: "path length" } } },
   ],
   metric: (arena, place) => {
