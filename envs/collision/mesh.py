@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.shapes import Box, Mesh, Obstacle, PlacedShape, Robot, Solid
+from envs.grid import node_counts, node_positions
 from envs.problem import Array
 
 if TYPE_CHECKING:  # what it imports takes a second, which processes without meshes can save
@@ -103,10 +104,10 @@ def cap_holes(mesh: Mesh, enclosure: Enclosure | None = None) -> Mesh | None:
         return None
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     cell = float((high - low).max()) / _CELLS
-    counts = np.ceil((high - low) / cell).astype(int) + 5
+    counts = node_counts(low, high, cell) + 4
     axes = [start + cell * np.arange(n) for start, n in zip(low - 2 * cell, counts, strict=True)]
     # First axis fastest, as marching cubes wants it.
-    nodes = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+    nodes = np.ascontiguousarray(node_positions(axes).transpose(2, 1, 0, 3).reshape(-1, 3))
     level = enclosure.encloses(nodes) - 0.5
     vertices, faces, _ = igl.marching_cubes(level, nodes, *map(int, counts), 0.0)
     if len(faces) == 0:

@@ -14,6 +14,7 @@ import numpy as np
 
 from envs.collision.shapes import Box, Cylinder, Mesh, Solid, Sphere
 from envs.errors import InputError
+from envs.grid import cells_of
 from envs.problem import Array
 
 
@@ -89,7 +90,7 @@ def _cover_of_mesh(solid: Mesh, slack: float) -> Spheres:
         cell, 20
     )
     corners = np.asarray(fine.triangles)
-    index = np.floor((corners.mean(axis=1) - solid.vertices.min(axis=0)) / cell).astype(int)
+    index = cells_of(corners.mean(axis=1), solid.vertices.min(axis=0), cell)
     _, owner = np.unique(index, axis=0, return_inverse=True)
     owner = owner.ravel()
     low, high = np.full((owner.max() + 1, 3), np.inf), np.full((owner.max() + 1, 3), -np.inf)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.distance_fields import ClearanceGrid, distance_transform, grid_axes
+from envs.collision.distance_fields import distance_transform
 from envs.collision.enclosure import NOTHING, Enclosure
 from envs.collision.fcl_model import Allowed
 from envs.collision.mesh import cap_holes, queries
@@ -16,6 +16,7 @@ from envs.collision.shapes import Mesh
 from envs.environment import SpeedModel
 from envs.errors import InputError, suggestion, tell_once
 from envs.files.mesh_file import FileMesh, read_mesh
+from envs.grid import RegularGrid, node_axes, node_counts
 from envs.problem import Array
 from envs.scenes import HALF_SIDE
 from envs.scenes.point_world import PointWorld
@@ -177,15 +178,16 @@ class MeshWorld(PointWorld):
 
     def approximate_clearance(self, q: Array) -> Array:
         """Off by at most `ROUGH` d_max, but for one in a thousand, see `distance_transform`."""
-        return self._grid(self.configurations(q))
+        return self._grid.interpolate(self.configurations(q))
 
     @cached_property
-    def _grid(self) -> ClearanceGrid:
+    def _grid(self) -> RegularGrid:
         spacing = ROUGH * self.speed_model.d_max * 2 / np.sqrt(self.dimension)
-        axes = grid_axes(*self.free_bounds, spacing)
+        axes = node_axes(*self.free_bounds, node_counts(*self.free_bounds, spacing))
         closest = self._distance.closest
         values = distance_transform(self._whole, closest, self._is_out, axes)
-        return ClearanceGrid(values - self.robot.radius, *self.free_bounds)
+        clearances = (values - self.robot.radius).astype(np.float32)
+        return RegularGrid.between(clearances, *self.free_bounds)
 
     def _is_out(self, points: Array) -> Any:
         """Whether points (n, 3) are where the robot may not be, (n,) of bool."""

@@ -9,11 +9,10 @@ from weakref import WeakKeyDictionary, ref
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from envs import Environment
-from envs.collision.distance_fields import ClearanceGrid
 from envs.compiled import QUICK, parallel_for
+from envs.grid import RegularGrid, central_differences, trilinear
 from envs.problem import Array
 from planners.learning.normalizer import Normalizer
 
@@ -36,22 +35,22 @@ class View(NamedTuple):
     Lengths and positions are in the networks' space, clearances are by d_max.
 
     Attributes:
-        clearance: (nx, ny, nz) on the nodes of a regular grid, float32.
-        lower, per_unit: (3,) its first node, and cells by length along each axis.
+        grid: of clearances, in single precision.
         reach: d_max.
         least_speed: that at d_min.
         contact_speed: that at contact, see `envs.environment.SpeedModel`.
     """
 
-    clearance: NDArray[np.float32]
-    lower: Array
-    per_unit: Array
+    grid: RegularGrid
     reach: float
     least_speed: float
     contact_speed: float
 
 
-NOWHERE = View(np.zeros((2, 2, 2), dtype=np.float32), np.zeros(3), np.zeros(3), 0.0, 1.0, 1.0)
+NOWHERE = View(
+    RegularGrid(np.zeros((2, 2, 2), dtype=np.float32), np.zeros(3), np.ones(3), np.ones(3)),
+    *(0.0, 1.0, 1.0),
+)
 """Where nothing is looked up."""
 
 
@@ -81,14 +80,14 @@ class Surroundings:
         scale, model = Normalizer.of(env), env.speed_model
         reach = model.d_max / scale.extent
         volume = float(np.prod(self.upper - self.lower))
-        grid = ClearanceGrid.sampled(
+        grid = RegularGrid.sampled(
             lambda x: env.approximate_clearance(scale.denormalize(x)) / model.d_max,
             self.lower,
             self.upper,
             max(_SPACING * reach, (volume / _MOST_NODES) ** (1 / 3)),
         )
         least = model.d_min / model.d_max
-        return View(grid.values, grid.lower, grid.per_unit, reach, least, model.contact or least)
+        return View(grid, reach, least, model.contact or least)
 
     def __deepcopy__(self, memo: Any) -> Surroundings:
         return self  # nothing in it changes
@@ -127,20 +126,9 @@ _jit = numba.njit(cache=True, nogil=True, fastmath=QUICK)
 
 @_jit
 def clearance_at(view: Any, x: float, y: float, z: float) -> float:
-    """Clearance by d_max, multilinearly interpolated; beyond the grid, its border goes on."""
-    values = view.clearance
-    nx, ny, nz = values.shape
-    x = min(max((x - view.lower[0]) * view.per_unit[0], 0.0), nx - 1.0)
-    y = min(max((y - view.lower[1]) * view.per_unit[1], 0.0), ny - 1.0)
-    z = min(max((z - view.lower[2]) * view.per_unit[2], 0.0), nz - 1.0)
-    i, j, k = min(int(x), nx - 2), min(int(y), ny - 2), min(int(z), nz - 2)
-    u, v, w = x - i, y - j, z - k
-    total = 0.0
-    for a in range(2):
-        for b in range(2):
-            along_z = values[i + a, j + b, k] * (1 - w) + values[i + a, j + b, k + 1] * w
-            total += (u if a else 1 - u) * (v if b else 1 - v) * along_z
-    return total
+    """Clearance by d_max; beyond the grid, its border goes on."""
+    clearance: float = trilinear(view.grid, x, y, z)
+    return clearance
 
 
 @_jit
@@ -155,13 +143,8 @@ def speed_at(view: Any, clearance: float) -> float:
 
 @_jit
 def uphill(view: Any, x: Any, slope: Any) -> None:
-    """Writes the gradient (3,) of the clearance at (3,), per length: central differences."""
-    for axis in range(3):
-        h = 1 / view.per_unit[axis]
-        dx, dy, dz = h * (axis == 0), h * (axis == 1), h * (axis == 2)
-        above = clearance_at(view, x[0] + dx, x[1] + dy, x[2] + dz)
-        below = clearance_at(view, x[0] - dx, x[1] - dy, x[2] - dz)
-        slope[axis] = (above - below) / (2 * h)
+    """Writes the gradient (3,) of the clearance at (3,), per length."""
+    central_differences(clearance_at, view, view.grid.per_unit, x[0], x[1], x[2], slope)
 
 
 @_jit

@@ -25,6 +25,7 @@ from scipy.sparse.linalg import eigsh
 from torch import Tensor, nn
 
 from envs.compiled import QUICK
+from envs.grid import node_axes, node_counts, node_positions
 from envs.problem import Array
 from envs.seeding import stream
 from planners.fields.clearance_field import Surroundings, View, clearance_at
@@ -124,9 +125,9 @@ class _FreeGraph:
     def __init__(self, about: Surroundings) -> None:
         spacing = _SPACING * about.view.reach
         while True:
-            shape = np.ceil((about.upper - about.lower) / spacing).astype(int) + 1
+            shape = node_counts(about.lower, about.upper, spacing)
             shape = np.maximum(shape, 3)  # for quadratic splines
-            nodes = _nodes_of(about, shape)
+            nodes = node_positions(node_axes(about.lower, about.upper, shape))
             clear = about.clearance(nodes.reshape(-1, 3)) > _LEAST_CLEARANCE
             if clear.sum() <= _MOST_NODES:
                 break
@@ -176,12 +177,6 @@ class _FreeGraph:
         whole = whole[members][:, members]
         laplacian = sparse.diags(np.asarray(whole.sum(axis=1)).ravel()) - whole
         return laplacian.tocsc(), members
-
-
-def _nodes_of(about: Surroundings, shape: Any) -> Array:
-    """Positions (nx, ny, nz, 3) of the nodes of the regular grid of a shape (3,)."""
-    axes = [np.linspace(a, b, n) for a, b, n in zip(about.lower, about.upper, shape, strict=True)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
 class Held(NamedTuple):
