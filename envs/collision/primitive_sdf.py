@@ -10,17 +10,13 @@ import numba
 import numpy as np
 
 from envs.collision.mesh import queries
-from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, PlacedShape, Sphere
+from envs.collision.shapes import BOX, CYLINDER, Mesh, Obstacle
 from envs.compiled import njit_hot, njit_inline
 from envs.grid import RegularGrid, central_differences, distance_beyond, trilinear
 from envs.problem import Array
 
 _SPACING = 0.02
 """Between the nodes of the grid of distances to meshes, by the extent of where it is asked."""
-
-BOX, CYLINDER, SPHERE, TRIANGLE, NO_SOLID = 0.0, 1.0, 2.0, 3.0, -1.0
-"""What a row says that it is; the last of them stands for a mesh. A triangle's has its corners from
-its centre in place of axes, and size 0."""
 
 MESHES, NOTHING = -1, -2
 """Stand for meshes, and for no obstacle, where a nearest one is named."""
@@ -30,10 +26,8 @@ class SceneArrays(NamedTuple):
     """Obstacles as compiled code sees them.
 
     Attributes:
-        solids: (b, 17), a row for each primitive solid: its axes in the workspace (3, 3), row by
-            row; its centre (3,); its size (3,), which is half the sides of a box, radius, half
-            length and 0 of a cylinder, radius, 0 and 0 of a sphere; the radius of a sphere about
-            the centre that holds it; and what it is.
+        solids: (b, 17), the rows in the workspace of those that are no meshes, see
+            `envs.collision.shapes.distance_row`.
         grid: of distances to meshes, in single precision, at most what they are within the cells
             about the nodes; a single node where there are no meshes.
     """
@@ -46,25 +40,13 @@ def view_of(obstacles: Sequence[Obstacle], lower: Array, upper: Array) -> SceneA
     """What compiled code is given of obstacles, asked between two corners (3,)."""
     rows, meshes = [], []
     for obstacle in obstacles:
-        placed = obstacle if isinstance(obstacle, PlacedShape) else PlacedShape(obstacle, np.eye(4))
-        if isinstance(placed.solid, Mesh):
-            meshes.append((placed.solid, placed.pose))
+        solid, pose = obstacle.solid, obstacle.pose
+        if isinstance(solid, Mesh):
+            meshes.append((solid, pose))
         else:
-            rows.append(solid_row(placed.solid, placed.pose))
+            rows.append(solid.distance_row(pose))
     solids = np.array(rows).reshape(-1, 17)
     return SceneArrays(solids, _grid(meshes, lower, upper) if meshes else _NO_MESHES)
-
-
-def solid_row(solid: Sphere | Cylinder | Box, pose: Array) -> Array:
-    """The row (17,) of `SceneArrays.solids` for a solid at a pose (4, 4)."""
-    turn, center = pose[:3, :3], pose[:3, 3]
-    if isinstance(solid, Box):
-        kind, size, center = BOX, solid.sides / 2, turn @ solid.center + center
-    elif isinstance(solid, Cylinder):
-        kind, size = CYLINDER, np.array([solid.radius, solid.length / 2, 0.0])
-    else:
-        kind, size = SPHERE, np.array([solid.radius, 0.0, 0.0])
-    return np.concatenate([turn.T.ravel(), center, size, [np.linalg.norm(size), kind]])
 
 
 def _grid(meshes: Sequence[tuple[Mesh, Array]], lower: Array, upper: Array) -> RegularGrid:

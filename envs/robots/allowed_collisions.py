@@ -14,7 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.mesh import piece_points, queries
+from envs.collision.mesh import queries
 from envs.collision.separation import Shapes, separations
 from envs.collision.shapes import Mesh, PlacedShape
 from envs.problem import Array
@@ -116,8 +116,7 @@ def poses_of(chain: Chain, bodies: NDArray[np.int64], q: Array) -> Array:
 
 def _points(placed: PlacedShape, poses: Array) -> Array:
     """A point of each piece of a shape, (n, k, 3), whose body is at poses (n, 3, 4)."""
-    points = piece_points(placed.solid) @ placed.pose[:3, :3].T + placed.pose[:3, 3]
-    there: Array = points @ np.swapaxes(poses[:, :, :3], 1, 2) + poses[:, None, :, 3]
+    there: Array = placed.piece_points() @ np.swapaxes(poses[:, :, :3], 1, 2) + poses[:, None, :, 3]
     return there
 
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from envs.collision.gjk import at, compose
 from envs.collision.separation import Shapes, separations, shapes_of
 from envs.collision.shapes import PlacedShape, Pose, Solid
-from envs.collision.sphere_approximation import bounding_sphere, cover
 from envs.problem import Array
 from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs, poses_of
 from envs.robots.chain import Chain, ChainView, body_poses
@@ -176,11 +175,11 @@ class Arm:
         """What compiled code is given."""
         bodies = np.array([part.body for part in self.parts])
         offsets = np.array([part.placed.pose[:3] for part in self.parts])
-        held = [bounding_sphere(part.placed.solid) for part in self.parts]
+        spheres = [part.placed.solid.bounding_sphere() for part in self.parts]
         middles = np.array(
-            [pose[:, :3] @ m + pose[:, 3] for pose, (m, _) in zip(offsets, held, strict=True)]
+            [pose[:, :3] @ m + pose[:, 3] for pose, (m, _) in zip(offsets, spheres, strict=True)]
         )
-        radii = np.array([radius for _, radius in held])
+        radii = np.array([radius for _, radius in spheres])
         balls, ball_parts = self._covered(offsets)
         outward = np.linalg.norm(balls[:, :3] - middles[ball_parts], axis=1) + balls[:, 3]
         first_balls = np.searchsorted(ball_parts, np.arange(len(bodies) + 1))
@@ -203,7 +202,7 @@ class Arm:
     def _covered(self, offsets: Array) -> tuple[Array, NDArray[np.int64]]:
         balls, owners = [], []
         for number, (part, pose) in enumerate(zip(self.parts, offsets, strict=True)):
-            spheres = cover(part.placed.solid, SLACK)
+            spheres = part.placed.solid.sphere_cover(SLACK)
             centers = spheres.centers @ pose[:, :3].T + pose[:, 3]
             balls.append(np.column_stack([centers, spheres.radii]))
             owners.append(np.full(len(centers), number))

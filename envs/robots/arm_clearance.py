@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.gjk import at, moved
-from envs.collision.primitive_sdf import NO_SOLID, NOTHING, SceneArrays, nearest, to_solid
+from envs.collision.primitive_sdf import NOTHING, SceneArrays, nearest, to_solid
 from envs.collision.separation import separation
+from envs.collision.shapes import NO_SOLID
 from envs.compiled import njit_hot, parallel_for
 from envs.problem import Array
 from envs.robots.arm import RobotArrays, part_bounds

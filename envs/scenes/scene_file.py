@@ -9,13 +9,13 @@ import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
 
-from envs.collision.shapes import LARGEST, Box, Cylinder, Mesh, PlacedShape, Solid, Sphere
+from envs.collision.shapes import LARGEST, SIZED, Mesh, PlacedShape, Solid
 from envs.errors import InputError, brief, suggestion
 from envs.files.mesh_file import read_mesh
 from envs.files.paths import exists, safe_join
 from envs.problem import Array
 
-_SHAPES = ("box", "sphere", "cylinder", "mesh")
+_SHAPES = (*SIZED, "mesh")
 _KEYS = (*_SHAPES, "scale", "position", "rpy")
 
 
@@ -127,14 +127,13 @@ def _check_keys(entry: dict[Any, Any]) -> None:
 
 
 def _solid(entry: dict[Any, Any], folder: Path) -> Solid:
-    if "box" in entry:
-        return Box(np.zeros(3), np.array(_sizes(entry, "box", 3)))
-    if "sphere" in entry:
-        return Sphere(_size(entry["sphere"], "sphere"))
-    if "cylinder" in entry:
-        radius, length = _sizes(entry, "cylinder", 2)
-        return Cylinder(radius, length)
-    return _mesh(entry, folder)
+    [kind] = [key for key in _SHAPES if key in entry]
+    if kind not in SIZED:
+        return _mesh(entry, folder)
+    shape = SIZED[kind]
+    if shape.sizes == 1:
+        return shape.of_sizes([_size(entry[kind], kind)])
+    return shape.of_sizes(_sizes(entry, kind, shape.sizes))
 
 
 def _mesh(entry: dict[Any, Any], folder: Path) -> Mesh:

@@ -18,7 +18,6 @@ from bench.report.configurations import ArmShape, along, triangles_of
 from bench.report.projection import faced, interior
 from envs import Environment
 from envs.collision.fcl_model import Allowed
-from envs.collision.shapes import PlacedShape
 from envs.grid import cells_of
 from envs.problem import Array
 from envs.scenes.arm_world import ArmWorld
@@ -108,7 +107,7 @@ class ArmScene:
 
     def data(self) -> dict[str, Any]:
         moving = self._env.robot.parts[: self._env.robot.moving]
-        links = [triangles_of([PlacedShape(part.placed.solid, np.eye(4))]) for part in moving]
+        links = [triangles_of([part.placed.solid]) for part in moving]
         still = [triangles_of(self._env.obstacles), self._shape.base]
         return {
             "meshes": [self._scale.mesh(triangles, _MOST_FACES) for triangles in still],
