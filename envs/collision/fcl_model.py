@@ -10,7 +10,7 @@ which FCL has in closed form. Whether anything touches FCL is asked as well.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from itertools import pairwise, starmap
 from typing import Any
 
 import fcl
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from envs.collision import continuous
 from envs.collision.continuous import DEFAULT_TOLERANCE
+from envs.collision.first_contact import Place, first_contact
 from envs.collision.gjk import least_distance, put
 from envs.collision.separation import least_separation, separations, shapes_of
 from envs.collision.shapes import Obstacle, Robot
@@ -143,6 +144,12 @@ class CollisionModel:
         return continuous.path_min_clearance(
             self.clearance, waypoints, self._speeds(waypoints), self.tolerance, most_queries
         )
+
+    def first_contact(self, waypoints: Array, most_steps: int) -> Place:
+        """The first place of a path of waypoints (k, d) that is not proved free, to
+        `self.tolerance`. See `first_contact.first_contact`."""
+        bounds = starmap(self.robot.motion_bound, pairwise(waypoints))
+        return first_contact(self.clearance, waypoints, bounds, self.tolerance, most_steps)
 
     def _speeds(self, waypoints: Array) -> Sequence[float]:
         """Bounds on the speed of any point, by segment; of very many segments coarser ones."""

@@ -15,6 +15,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.collision.continuous import is_covered
 from envs.collision.gjk import at, moved
 from envs.collision.primitive_sdf import NOTHING, SceneArrays, nearest, to_solid
 from envs.collision.separation import separation
@@ -166,23 +167,20 @@ def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> b
     """
     bounds, parts = np.empty(arm.moving), np.empty(arm.moving)
     part_bounds(arm, a, b, bounds)
-    low, high = [0.0], [1.0]
-    n = 0
-    while n < len(low):
-        middle = (low[n] + high[n]) / 2
-        if part_clearances(arm, scene, a + middle * (b - a), parts) <= tolerance:
-            return False
-        reach = np.inf
-        for part in range(arm.moving):
-            if bounds[part] > 0:
-                reach = min(reach, (parts[part] - tolerance / 2) / bounds[part])
-        if reach < (high[n] - low[n]) / 2:
-            low.append(low[n])
-            high.append(middle - reach)
-            low.append(middle + reach)
-            high.append(high[n])
-        n += 1
-    return True
+    return is_covered(_share_free, (arm, scene, a, b, tolerance, bounds, parts), 1.0)
+
+
+@_jit
+def _share_free(motion: Any, t: float) -> float:
+    """How much of a motion about t is proved free, or -1 where it is not."""
+    arm, scene, a, b, tolerance, bounds, parts = motion
+    if part_clearances(arm, scene, a + t * (b - a), parts) <= tolerance:
+        return -1.0
+    share: float = np.inf
+    for part in range(arm.moving):
+        if bounds[part] > 0:
+            share = min(share, (parts[part] - tolerance / 2) / bounds[part])
+    return share
 
 
 @_jit
