@@ -10,7 +10,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from envs.collision.shapes import LARGEST, SIZED, Mesh, PlacedShape, Solid
-from envs.errors import InputError, brief, suggestion
+from envs.errors import InputError, brief, input_error_of, suggestion
 from envs.files.mesh_file import read_mesh
 from envs.files.paths import exists, safe_join
 from envs.problem import Array
@@ -83,14 +83,13 @@ def _entries(file: Path) -> list[Any]:
     if not exists(file.is_file):
         raise InputError("no such file")
     try:
-        size = file.stat().st_size
-        if size > _MOST_BYTES:
-            raise InputError(f"has {size} bytes; scenes of at most {_MOST_BYTES} are read")
-        content = yaml.load(file.read_bytes(), _Loader)
+        with input_error_of("cannot be read"):
+            size = file.stat().st_size
+            if size > _MOST_BYTES:
+                raise InputError(f"has {size} bytes; scenes of at most {_MOST_BYTES} are read")
+            content = yaml.load(file.read_bytes(), _Loader)
     except InputError:
         raise
-    except OSError as error:
-        raise InputError(f"cannot be read: {error}") from error
     except (yaml.YAMLError, *_ODD_SCALARS) as error:
         raise InputError(f"not YAML, mend it: {' '.join(str(error).split())}") from error
     if not isinstance(content, dict):
