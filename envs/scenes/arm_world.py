@@ -14,7 +14,7 @@ from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
 from envs.collision.mesh import Containment
 from envs.collision.primitive_sdf import SceneArrays, view_of
 from envs.collision.shapes import PlacedShape, rounded
-from envs.environment import Environment, SpeedModel
+from envs.environment import Environment
 from envs.errors import InputError
 from envs.problem import Array, Problem
 from envs.robots import arm_clearance, rrt_connect
@@ -22,6 +22,7 @@ from envs.robots.allowed_collisions import FAR
 from envs.robots.arm import SLACK, Arm, RobotArrays
 from envs.robots.arm_crowding import causes
 from envs.seeding import derived_seed, stream
+from envs.speed_model import SpeedModel
 
 _D_MAX = 0.05 / 0.4
 """Metres: the paper's 0.05, in whose space a metre is 0.4."""

@@ -13,13 +13,13 @@ from envs.collision.enclosure import NOTHING, Enclosure
 from envs.collision.fcl_model import Allowed
 from envs.collision.mesh import cap_holes, queries
 from envs.collision.shapes import Mesh
-from envs.environment import SpeedModel
 from envs.errors import InputError, suggestion, tell_once
 from envs.files.mesh_file import FileMesh, read_mesh
 from envs.grid import RegularGrid, node_axes, node_counts
 from envs.problem import Array
 from envs.scenes import HALF_SIDE
 from envs.scenes.point_world import PointWorld
+from envs.speed_model import SpeedModel
 
 DEFAULT_RADIUS = 0.01
 """The robot's radius in the paper's units, if none is given: the paper's collision threshold."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary, ref
@@ -14,6 +15,7 @@ from envs import Environment
 from envs.compiled import QUICK, parallel_for
 from envs.grid import RegularGrid, central_differences, trilinear
 from envs.problem import Array
+from envs.speed_model import NormalizedSpeed, speed_at
 from planners.learning.normalizer import Normalizer
 
 _SPACING = 0.07
@@ -37,21 +39,26 @@ class View(NamedTuple):
     Attributes:
         grid: of clearances, in single precision.
         reach: d_max.
-        least_speed: that at d_min.
-        contact_speed: that at contact, see `envs.environment.SpeedModel`.
+        speed: by clearance.
     """
 
     grid: RegularGrid
     reach: float
-    least_speed: float
-    contact_speed: float
+    speed: NormalizedSpeed
 
 
 NOWHERE = View(
     RegularGrid(np.zeros((2, 2, 2), dtype=np.float32), np.zeros(3), np.ones(3), np.ones(3)),
-    *(0.0, 1.0, 1.0),
+    0.0,
+    NormalizedSpeed(1.0, 1.0),
 )
 """Where nothing is looked up."""
+
+
+def normalized_clearance(env: Environment) -> Callable[[Array], Array]:
+    """Approximate clearances by d_max (n,) at (n, d) in the networks' space."""
+    scale, d_max = Normalizer.of(env), env.speed_model.d_max
+    return lambda x: env.approximate_clearance(scale.denormalize(x)) / d_max
 
 
 class Surroundings:
@@ -81,13 +88,12 @@ class Surroundings:
         reach = model.d_max / scale.extent
         volume = float(np.prod(self.upper - self.lower))
         grid = RegularGrid.sampled(
-            lambda x: env.approximate_clearance(scale.denormalize(x)) / model.d_max,
+            normalized_clearance(env),
             self.lower,
             self.upper,
             max(_SPACING * reach, (volume / _MOST_NODES) ** (1 / 3)),
         )
-        least = model.d_min / model.d_max
-        return View(grid, reach, least, model.contact or least)
+        return View(grid, reach, model.normalized)
 
     def __deepcopy__(self, memo: Any) -> Surroundings:
         return self  # nothing in it changes
@@ -132,16 +138,6 @@ def clearance_at(view: Any, x: float, y: float, z: float) -> float:
 
 
 @_jit
-def speed_at(view: Any, clearance: float) -> float:
-    """See `envs.environment.SpeedModel`."""
-    speed: float = min(max(clearance, view.least_speed), 1.0)
-    if clearance < view.least_speed and view.contact_speed < view.least_speed:
-        depth = 1 - max(clearance, 0.0) / view.least_speed
-        speed *= (view.contact_speed / view.least_speed) ** depth
-    return speed
-
-
-@_jit
 def uphill(view: Any, x: Any, slope: Any) -> None:
     """Writes the gradient (3,) of the clearance at (3,), per length."""
     central_differences(clearance_at, view, view.grid.per_unit, x[0], x[1], x[2], slope)
@@ -180,6 +176,6 @@ def straight_times(view: Any, a: Any, b: Any) -> Any:
             if clearance <= 0:
                 free = False
                 break
-            slowness += 1 / speed_at(view, clearance)
+            slowness += 1 / speed_at(view.speed, clearance)
         times[n] = length * slowness / samples if free else math.inf
     return times

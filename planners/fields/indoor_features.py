@@ -6,35 +6,37 @@ encoder samples its features, and the slow modes of diffusion, see `laplacian_ei
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numba
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from envs import Environment
 from envs.compiled import QUICK
 from envs.problem import Array
 from planners.fields.clearance_field import View, clearance_at, surroundings_of, uphill
+from planners.fields.computed_inputs import (
+    PER_CLEARANCE,
+    ComputedInputs,
+    write_clearance_features,
+    write_feature_slopes,
+)
 from planners.fields.laplacian_eigenmaps import Held, Modes, modes_at
 from planners.fields.layers import contract
 
 _OFFSETS = 0.6 * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 """Of the points at which clearances are taken, by d_max."""
 
-_PER_POINT = 3
-"""Features of the clearance at a point."""
-
-CLEARANCES = _PER_POINT * len(_OFFSETS)
+CLEARANCES = PER_CLEARANCE * len(_OFFSETS)
 """How many inputs are not modes."""
 
 _DIFFERENCE = 0.02
 """Half the step of central differences of modes, by d_max."""
 
 
-class RoomInputs(nn.Module):
+class RoomInputs(ComputedInputs):
     """Inputs of a network: `CLEARANCES` of them, then the modes.
 
     Args:
@@ -61,17 +63,7 @@ class RoomInputs(nn.Module):
         """What it is given of the modes."""
         return self.modes.view
 
-    def forward(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
-        """Inputs (n, size) at configurations (n, 3), and their derivatives (k, n, size) along
-        `directions` (k, 3). PyTorch records no gradients of them: nothing in them is learned."""
-        x = q.detach().cpu().numpy().astype(np.float64)
-        rows = torch.from_numpy(self.at(x, slopes=len(directions) > 0)).to(q)
-        along = torch.einsum("kd,ndf->knf", directions, rows[:, 1:])
-        return rows[:, 0], along
-
     def at(self, x: Array, slopes: bool = True) -> Array:
-        """Inputs at (n, 3) and their derivatives along the axes, (n, 1 + 3, size); the latter are
-        0 unless asked for."""
         rows = np.zeros((len(x), 4, self.size))
         _all_inputs(self.modes.view, self.surroundings.view, x, slopes, rows)
         return rows
@@ -119,16 +111,9 @@ def room_inputs(held: Any, about: Any, x: Any, slopes: bool, rows: Any) -> None:
         clearance = min(max(clearance, -0.3), 1.5)
         if slopes:
             uphill(about, point, slope)
-        root = math.sqrt(clearance * clearance + 0.01)
-        bounded = math.tanh(2 * clearance)
-        at = _PER_POINT * p
-        rows[0, at] = -math.log(0.5 * (clearance + root)) / 2  # slowness, but smooth
-        rows[0, at + 1] = bounded
-        rows[0, at + 2] = max(1 - clearance, 0.0)
-        for axis in range(3):
-            rows[1 + axis, at] = -0.5 / root * slope[axis]
-            rows[1 + axis, at + 1] = 2 * (1 - bounded * bounded) * slope[axis]
-            rows[1 + axis, at + 2] = -slope[axis] if clearance < 1 else 0.0
+        at = PER_CLEARANCE * p
+        root, bounded = write_clearance_features(clearance, rows, at)
+        write_feature_slopes(clearance, root, bounded, slope, 1.0, rows, at)
     _mode_inputs(held, about, x, slopes, rows[:, CLEARANCES:])
 
 

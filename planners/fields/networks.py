@@ -24,7 +24,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from planners.fields.indoor_features import RoomInputs, effective_resistance, resistance_stretch
+from planners.fields.computed_inputs import ComputedInputs
+from planners.fields.indoor_features import effective_resistance, resistance_stretch
 from planners.fields.layers import (
     OPERATORS,
     Activation,
@@ -35,10 +36,6 @@ from planners.fields.layers import (
     contract,
     squareplus,
 )
-from planners.fields.robot_features import ArmInputs
-
-ComputedInputs = RoomInputs | ArmInputs
-"""What a network is told about a configuration besides the configuration itself."""
 
 
 class TimeField(nn.Module):

@@ -19,6 +19,7 @@ from torch import Tensor
 
 from envs import Environment
 from envs.problem import Array
+from planners.fields.clearance_field import normalized_clearance
 from planners.learning.normalizer import Normalizer
 
 
@@ -163,7 +164,7 @@ class Space:
         return Space(
             lower,
             upper,
-            lambda x: env.approximate_clearance(scale.denormalize(x)) / d_max,
+            normalized_clearance(env),
             lambda clearance: env.speed_model(clearance * d_max),
             0.0 if env.is_interior else -math.inf,
         )

@@ -12,8 +12,6 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-import torch
-from torch import Tensor, nn
 
 from envs.collision.gjk import at
 from envs.collision.primitive_sdf import NOTHING, SceneArrays, nearest, normal_at
@@ -23,22 +21,26 @@ from envs.robots.arm import RobotArrays
 from envs.robots.arm_clearance import part_clearances
 from envs.robots.chain import body_poses
 from envs.scenes.arm_world import ArmWorld
+from envs.speed_model import NormalizedSpeed
+from planners.fields.computed_inputs import (
+    PER_CLEARANCE,
+    ComputedInputs,
+    write_clearance_features,
+    write_feature_slopes,
+)
 from planners.fields.laplacian_eigenmaps import NO_MODES
 from planners.learning.normalizer import Normalizer
-
-_PER_BODY = 3
-"""Features of the clearance of a body."""
 
 
 class ArmAbout(NamedTuple):
     """An arm and what is about it, as compiled code sees them.
 
     Configurations x are in the networks' space: joints are middle + extent x. Clearances are by
-    d_max, see `envs.environment.SpeedModel`.
+    d_max, see `envs.speed_model.SpeedModel`.
 
     Attributes:
         reach: d_max, in metres.
-        least_speed, contact_speed: that at d_min, and at contact.
+        speed: by clearance.
     """
 
     arm: RobotArrays
@@ -46,26 +48,17 @@ class ArmAbout(NamedTuple):
     middle: Array
     extent: float
     reach: float
-    least_speed: float
-    contact_speed: float
+    speed: NormalizedSpeed
 
     @staticmethod
     def of(env: ArmWorld) -> ArmAbout:
         """That of an environment."""
         scale, model = Normalizer.of(env), env.speed_model
-        least = model.d_min / model.d_max
-        return ArmAbout(
-            env.robot.view,
-            env.scene,
-            scale.middle,
-            scale.extent,
-            model.d_max,
-            least,
-            model.contact or least,
-        )
+        arm, scene = env.robot.view, env.scene
+        return ArmAbout(arm, scene, scale.middle, scale.extent, model.d_max, model.normalized)
 
 
-class ArmInputs(nn.Module):
+class ArmInputs(ComputedInputs):
     """Inputs of a network: 2 d of the joints, then 3 and 3 for each body.
 
     Attributes:
@@ -81,16 +74,7 @@ class ArmInputs(nn.Module):
         self.view = ArmAbout.of(env)
         self.size = size_of_inputs(env.dimension)
 
-    def forward(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
-        """Inputs (n, size) at configurations (n, d), and their derivatives (k, n, size) along
-        `directions` (k, d). PyTorch records no gradients of them: nothing in them is learned."""
-        x = q.detach().cpu().numpy().astype(np.float64)
-        rows = torch.from_numpy(self.at(x)).to(q)
-        along = torch.einsum("kd,ndf->knf", directions, rows[:, 1:])
-        return rows[:, 0], along
-
-    def at(self, x: Array) -> Array:
-        """Inputs at (n, d) and their derivatives along the axes, (n, 1 + d, size)."""
+    def at(self, x: Array, slopes: bool = True) -> Array:
         rows = np.zeros((len(x), 1 + x.shape[1], self.size))
         _all_inputs(self.view, x, rows)
         return rows
@@ -98,7 +82,7 @@ class ArmInputs(nn.Module):
 
 def size_of_inputs(dimension: int) -> int:
     """How many inputs there are of an arm of d joints."""
-    return (2 + 3 + _PER_BODY) * dimension
+    return (2 + 3 + PER_CLEARANCE) * dimension
 
 
 _jit = numba.njit(cache=True, nogil=True, fastmath=QUICK)
@@ -120,7 +104,7 @@ def arm_inputs(about: Any, x: Any, rows: Any) -> None:
         rows[1 + i, i], rows[1 + i, d + i] = extent * rows[0, d + i], -extent * rows[0, i]
     slope, point, normal = np.zeros(d), np.empty(3), np.zeros(3)
     for body in range(1, 1 + d):
-        at_point, at_clearance = 2 * d + 3 * (body - 1), 5 * d + _PER_BODY * (body - 1)
+        at_point, at_clearance = 2 * d + 3 * (body - 1), 5 * d + PER_CLEARANCE * (body - 1)
         point[0], point[1], point[2] = at(bodies[body], _tip(arm, body))
         for i in range(3):
             rows[0, at_point + i] = point[i]
@@ -135,26 +119,12 @@ def arm_inputs(about: Any, x: Any, rows: Any) -> None:
         else:
             normal_at(about.scene, which, point[0], point[1], point[2], normal)
             _moved_along(arm, axes, origins, body, point, normal, slope)
-        scale = extent / about.reach
-        _clearance_features(clearance / about.reach, scale, slope, rows, at_clearance)
-
-
-@_jit
-def _clearance_features(clearance: float, scale: float, slope: Any, rows: Any, first: int) -> None:
-    """The same three of a clearance as in rooms: slowness, but smooth; bounded; nearness."""
-    bounded_clearance = min(max(clearance, -0.5), 1.5)
-    root = math.sqrt(bounded_clearance**2 + 0.01)
-    bounded = math.tanh(2 * bounded_clearance)
-    rows[0, first] = -math.log(0.5 * (bounded_clearance + root)) / 2
-    rows[0, first + 1] = bounded
-    rows[0, first + 2] = max(1 - bounded_clearance, 0.0)
-    if bounded_clearance != clearance:
-        return
-    for k in range(len(slope)):
-        by = scale * slope[k]
-        rows[1 + k, first] = -0.5 / root * by
-        rows[1 + k, first + 1] = 2 * (1 - bounded * bounded) * by
-        rows[1 + k, first + 2] = -by if clearance < 1 else 0.0
+        clearance /= about.reach
+        counts = min(max(clearance, -0.5), 1.5)
+        root, bounded = write_clearance_features(counts, rows, at_clearance)
+        if counts == clearance:
+            scale = extent / about.reach
+            write_feature_slopes(clearance, root, bounded, slope, scale, rows, at_clearance)
 
 
 @_jit

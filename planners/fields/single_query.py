@@ -15,7 +15,8 @@ import numpy as np
 from envs.compiled import QUICK
 from envs.problem import Array
 from envs.seeding import stream
-from planners.fields.clearance_field import NOWHERE, speed_at, straight_times
+from envs.speed_model import speed_at
+from planners.fields.clearance_field import NOWHERE, straight_times
 from planners.fields.dispatch import clearance_of, outward
 from planners.fields.laplacian_eigenmaps import NO_MODES
 from planners.fields.layers import Bound, SineBlock, SmoothSymmetric
@@ -173,8 +174,9 @@ def _descend(
             if moves[end]:
                 by = alpha / max(square[end], 1e-12)
                 if true_speed:
-                    about = network.about
-                    pace = max(speed_at(about, clearance_of(about, ends[end])), about.least_speed)
+                    speed = network.about.speed
+                    clearance = clearance_of(network.about, ends[end])
+                    pace = max(speed_at(speed, clearance), speed.least)
                     by = alpha * pace / max(math.sqrt(square[end]), 1e-6)
                 for k in range(d):
                     moved = ends[end, k] - by * gradients[end, k]

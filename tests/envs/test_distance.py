@@ -11,7 +11,7 @@ import envs
 from envs import Environment
 from envs.collision.distance_fields import signed_distance_to_boxes
 from envs.collision.shapes import Box, Sphere
-from envs.environment import SpeedModel
+from envs.speed_model import SpeedModel
 
 UNIT = Box([0, 0, 0], [2, 2, 2])
 

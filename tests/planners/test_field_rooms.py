@@ -12,8 +12,8 @@ import pytest
 import torch
 
 from envs.collision.shapes import Box
-from envs.environment import SpeedModel
 from envs.scenes.boxes import BoxWorld
+from envs.speed_model import SpeedModel
 from planners.fields import planner as planner_module
 from planners.fields.clearance_field import Surroundings, surroundings_of
 from planners.fields.indoor_features import CLEARANCES, RoomInputs
