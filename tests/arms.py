@@ -98,5 +98,5 @@ def within(arm: Arm) -> RobotArrays:
     true ones."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("envs.robots.arm.cover", spheres_within)
-        view = Arm(arm.chain, arm.parts, arm.self_collision).view
-    return view._replace(pairs=arm.view.pairs)
+        view = Arm(arm.chain, arm.parts, arm.self_collision).arrays
+    return view._replace(pairs=arm.arrays.pairs)

@@ -18,7 +18,7 @@ from envs.problem import Array
 _SPACING = 0.02
 """Between the nodes of the grid of distances to meshes, by the extent of where it is asked."""
 
-MESHES, NOTHING = -1, -2
+MESHES, NO_OBSTACLE = -1, -2
 """Stand for meshes, and for no obstacle, where a nearest one is named."""
 
 
@@ -36,7 +36,7 @@ class SceneArrays(NamedTuple):
     grid: RegularGrid
 
 
-def view_of(obstacles: Sequence[Obstacle], lower: Array, upper: Array) -> SceneArrays:
+def scene_arrays(obstacles: Sequence[Obstacle], lower: Array, upper: Array) -> SceneArrays:
     """What compiled code is given of obstacles, asked between two corners (3,)."""
     rows, meshes = [], []
     for obstacle in obstacles:
@@ -96,12 +96,12 @@ def to_solid(solids: Any, n: int, x: float, y: float, z: float) -> float:
 @njit_hot
 def nearest(scene: Any, x: float, y: float, z: float, most: float) -> tuple[float, int]:
     """Signed distance from a point to the nearest obstacle, and its number or `MESHES`; or `most`
-    and `NOTHING`, if that is less.
+    and `NO_OBSTACLE`, if that is less.
 
     Exact outside of solids (to meshes never too great); within it is negative and at most the
     true depth in size.
     """
-    least, which = most, NOTHING
+    least, which = most, NO_OBSTACLE
     if scene.grid.values.size > 1:
         to_meshes = _to_meshes(scene.grid, x, y, z)
         if to_meshes < least:

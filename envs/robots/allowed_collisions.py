@@ -110,7 +110,7 @@ def _farthest(
 def poses_of(chain: Chain, bodies: NDArray[np.int64], q: Array) -> Array:
     """The poses (n, 2, 3, 4) of two of a chain's bodies at configurations (n, d)."""
     poses = np.empty((len(q), 2, 3, 4))
-    _poses_of(chain.view, np.ascontiguousarray(q, dtype=np.float64), bodies, poses)
+    _poses_of(chain.arrays, np.ascontiguousarray(q, dtype=np.float64), bodies, poses)
     return poses
 
 

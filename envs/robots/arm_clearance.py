@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from envs.collision.continuous import is_covered
 from envs.collision.gjk import at, moved
-from envs.collision.primitive_sdf import NOTHING, SceneArrays, nearest, to_solid
+from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest, to_solid
 from envs.collision.separation import separation
-from envs.collision.shapes import NO_SOLID
+from envs.collision.shapes import MESH
 from envs.compiled import njit_hot, parallel_for
 from envs.problem import Array
 from envs.robots.arm import RobotArrays, part_bounds
@@ -91,7 +91,7 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
                 continue
             most = found[part]
             if arm.shapes.roots[part] >= 0 or arm.shapes.roots[other] >= 0:
-                apart = _balls_apart(arm, balls, part, other, rows)
+                apart = _distance_of_spheres(arm, balls, part, other, rows)
                 if apart >= _NEAR:
                     found[part] = min(most, apart)
                     continue
@@ -111,15 +111,15 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
 
 
 @_jit
-def _balls_apart(arm: Any, balls: Any, part: int, other: int, rows: Any) -> float:
+def _distance_of_spheres(arm: Any, balls: Any, part: int, other: int, rows: Any) -> float:
     """The least distance of the spheres of one part from those of another. Where one is no mesh
     it stands for its own spheres, which reach far out of flat ends."""
-    if rows[part, 16] != NO_SOLID:
+    if rows[part, 16] != MESH:
         part, other = other, part
     least = np.inf
     for a in range(arm.first_balls[part], arm.first_balls[part + 1]):
         x, y, z, radius = balls[a, 0], balls[a, 1], balls[a, 2], arm.balls[a, 3]
-        if rows[other, 16] != NO_SOLID:
+        if rows[other, 16] != MESH:
             least = min(least, to_solid(rows, other, x, y, z) - radius)
             continue
         for b in range(arm.first_balls[other], arm.first_balls[other + 1]):
@@ -149,7 +149,7 @@ def _least(arm: Any, scene: Any, bodies: Any) -> float:
     for part in range(arm.moving - 1, -1, -1):
         pose = bodies[arm.bodies[part]]
         x, y, z = at(pose, arm.middles[part])
-        if nearest(scene, x, y, z, least + arm.extents[part])[1] == NOTHING:
+        if nearest(scene, x, y, z, least + arm.extents[part])[1] == NO_OBSTACLE:
             continue
         for ball in range(arm.first_balls[part], arm.first_balls[part + 1]):
             x, y, z = at(pose, arm.balls[ball])

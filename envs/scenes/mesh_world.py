@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from envs.collision.distance_fields import distance_transform
-from envs.collision.enclosure import NOTHING, Enclosure
+from envs.collision.enclosure import NO_INSIDE, Enclosure
 from envs.collision.fcl_model import Allowed
 from envs.collision.mesh import cap_holes, queries
 from envs.collision.shapes import Mesh
@@ -139,7 +139,7 @@ class MeshWorld(PointWorld):
     @property
     def _enclosure(self) -> Enclosure:
         if self.kind == "shell":
-            return NOTHING
+            return NO_INSIDE
         return self._queries.room if self.is_interior else self._queries.filled
 
     def _close(self, read: FileMesh) -> None:

@@ -31,7 +31,7 @@ _SAMPLES_PER_REACH = 10
 """Of the speed along a straight line, per d_max."""
 
 
-class View(NamedTuple):
+class ClearanceField(NamedTuple):
     """Clearances as compiled code sees them.
 
     Lengths and positions are in the networks' space, clearances are by d_max.
@@ -46,13 +46,12 @@ class View(NamedTuple):
     reach: float
     speed: NormalizedSpeed
 
-
-NOWHERE = View(
-    RegularGrid(np.zeros((2, 2, 2), dtype=np.float32), np.zeros(3), np.ones(3), np.ones(3)),
-    0.0,
-    NormalizedSpeed(1.0, 1.0),
-)
-"""Where nothing is looked up."""
+    @staticmethod
+    def none() -> ClearanceField:
+        """Where nothing is looked up."""
+        nodes = np.zeros((2, 2, 2), dtype=np.float32)
+        grid = RegularGrid(nodes, np.zeros(3), np.ones(3), np.ones(3))
+        return ClearanceField(grid, 0.0, NormalizedSpeed(1.0, 1.0))
 
 
 def normalized_clearance(env: Environment) -> Callable[[Array], Array]:
@@ -61,12 +60,12 @@ def normalized_clearance(env: Environment) -> Callable[[Array], Array]:
     return lambda x: env.approximate_clearance(scale.denormalize(x)) / d_max
 
 
-class Surroundings:
+class ClearanceMap:
     """Clearances on a grid, of a robot that only translates in three dimensions.
 
     Attributes:
         lower, upper: (3,) corners of what holds all of free space, in the networks' space.
-        view: what compiled code is given; made when it is first asked for, which takes seconds.
+        field: what compiled code is given; made when it is first asked for, which takes seconds.
 
     Raises:
         ValueError: the environment has another dimension.
@@ -81,7 +80,7 @@ class Surroundings:
         self._env = ref(env)  # by which these are kept: it would never go
 
     @cached_property
-    def view(self) -> View:
+    def field(self) -> ClearanceField:
         env = self._env()
         assert env is not None, "who asks for what is about it keeps it"
         scale, model = Normalizer.of(env), env.speed_model
@@ -93,14 +92,14 @@ class Surroundings:
             self.upper,
             max(_SPACING * reach, (volume / _MOST_NODES) ** (1 / 3)),
         )
-        return View(grid, reach, model.normalized)
+        return ClearanceField(grid, reach, model.normalized)
 
-    def __deepcopy__(self, memo: Any) -> Surroundings:
+    def __deepcopy__(self, memo: Any) -> ClearanceMap:
         return self  # nothing in it changes
 
     def clearance(self, x: Array) -> Array:
         """Clearances (n,) at (n, 3), by d_max."""
-        found: Array = _clearances(self.view, np.ascontiguousarray(x, dtype=np.float64))
+        found: Array = _clearances(self.field, np.ascontiguousarray(x, dtype=np.float64))
         return found
 
     def straight_times(self, a: Array, b: Array) -> Array:
@@ -111,19 +110,19 @@ class Surroundings:
         times = np.empty(len(begin))
 
         def fill(part: slice) -> None:
-            times[part] = straight_times(self.view, begin[part], end[part])
+            times[part] = straight_times(self.field, begin[part], end[part])
 
         parallel_for(fill, len(begin), _BLOCK)
         return times.reshape(a.shape[:-1])
 
 
-_made: WeakKeyDictionary[Environment, Surroundings] = WeakKeyDictionary()
+_made: WeakKeyDictionary[Environment, ClearanceMap] = WeakKeyDictionary()
 
 
-def surroundings_of(env: Environment) -> Surroundings:
+def clearance_map_of(env: Environment) -> ClearanceMap:
     """Those of an environment: made once, kept as long as it is."""
     if env not in _made:
-        _made[env] = Surroundings(env)
+        _made[env] = ClearanceMap(env)
     return _made[env]
 
 
@@ -131,51 +130,51 @@ _jit = numba.njit(cache=True, nogil=True, fastmath=QUICK)
 
 
 @_jit
-def clearance_at(view: Any, x: float, y: float, z: float) -> float:
+def clearance_at(field: Any, x: float, y: float, z: float) -> float:
     """Clearance by d_max; beyond the grid, its border goes on."""
-    clearance: float = trilinear(view.grid, x, y, z)
+    clearance: float = trilinear(field.grid, x, y, z)
     return clearance
 
 
 @_jit
-def uphill(view: Any, x: Any, slope: Any) -> None:
+def uphill(field: Any, x: Any, slope: Any) -> None:
     """Writes the gradient (3,) of the clearance at (3,), per length."""
-    central_differences(clearance_at, view, view.grid.per_unit, x[0], x[1], x[2], slope)
+    central_differences(clearance_at, field, field.grid.per_unit, x[0], x[1], x[2], slope)
 
 
 @_jit
-def room_outward(view: Any, x: Any, missing: float, step: Any) -> None:
+def room_outward(field: Any, x: Any, missing: float, step: Any) -> None:
     """Writes a step (3,) uphill from (3,), as long as the clearance that is missing, by d_max."""
-    uphill(view, x, step)
-    steepness = max(math.sqrt((step**2).sum()), 1e-3 / view.reach)
+    uphill(field, x, step)
+    steepness = max(math.sqrt((step**2).sum()), 1e-3 / field.reach)
     for axis in range(3):
-        step[axis] *= missing * view.reach / steepness
+        step[axis] *= missing * field.reach / steepness
 
 
 @_jit
-def _clearances(view: Any, x: Any) -> Any:
+def _clearances(field: Any, x: Any) -> Any:
     found = np.empty(len(x))
     for n in range(len(x)):
-        found[n] = clearance_at(view, x[n, 0], x[n, 1], x[n, 2])
+        found[n] = clearance_at(field, x[n, 0], x[n, 1], x[n, 2])
     return found
 
 
 @_jit
-def straight_times(view: Any, a: Any, b: Any) -> Any:
-    """See `Surroundings.straight_times`, for ends (n, 3)."""
+def straight_times(field: Any, a: Any, b: Any) -> Any:
+    """See `ClearanceMap.straight_times`, for ends (n, 3)."""
     times = np.empty(len(a))
     for n in range(len(a)):
         length = math.sqrt(((b[n] - a[n]) ** 2).sum())
-        samples = 2 + int(_SAMPLES_PER_REACH * length / view.reach)
+        samples = 2 + int(_SAMPLES_PER_REACH * length / field.reach)
         slowness = 0.0
         free = True
         for s in range(samples):
             t = (s + 0.5) / samples
             x, y, z = a[n] + t * (b[n] - a[n])
-            clearance = clearance_at(view, x, y, z)
+            clearance = clearance_at(field, x, y, z)
             if clearance <= 0:
                 free = False
                 break
-            slowness += 1 / speed_at(view.speed, clearance)
+            slowness += 1 / speed_at(field.speed, clearance)
         times[n] = length * slowness / samples if free else math.inf
     return times

@@ -16,14 +16,14 @@ from torch import Tensor
 from envs import Environment
 from envs.compiled import QUICK
 from envs.problem import Array
-from planners.fields.clearance_field import View, clearance_at, surroundings_of, uphill
+from planners.fields.clearance_field import ClearanceField, clearance_at, clearance_map_of, uphill
 from planners.fields.computed_inputs import (
     PER_CLEARANCE,
     ComputedInputs,
     write_clearance_features,
     write_feature_slopes,
 )
-from planners.fields.laplacian_eigenmaps import Held, Modes, modes_at
+from planners.fields.laplacian_eigenmaps import ModeArrays, Modes, modes_at
 from planners.fields.layers import contract
 
 _OFFSETS = 0.6 * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
@@ -49,23 +49,23 @@ class RoomInputs(ComputedInputs):
 
     def __init__(self, env: Environment, count: int) -> None:
         super().__init__()
-        self.surroundings = surroundings_of(env)
-        self.modes = Modes(self.surroundings, count)
+        self.clearances = clearance_map_of(env)
+        self.modes = Modes(self.clearances, count)
         self.size = CLEARANCES + count
 
     @property
-    def view(self) -> View:
-        """What compiled code is given of the surroundings."""
-        return self.surroundings.view
+    def field(self) -> ClearanceField:
+        """What compiled code is given of clearances."""
+        return self.clearances.field
 
     @property
-    def held(self) -> Held:
+    def mode_arrays(self) -> ModeArrays:
         """What it is given of the modes."""
-        return self.modes.view
+        return self.modes.arrays
 
     def at(self, x: Array, slopes: bool = True) -> Array:
         rows = np.zeros((len(x), 4, self.size))
-        _all_inputs(self.modes.view, self.surroundings.view, x, slopes, rows)
+        _all_inputs(self.modes.arrays, self.clearances.field, x, slopes, rows)
         return rows
 
 
@@ -100,42 +100,42 @@ _jit = numba.njit(cache=True, fastmath=QUICK)
 
 
 @_jit
-def room_inputs(held: Any, about: Any, x: Any, slopes: bool, rows: Any) -> None:
+def room_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> None:
     """Writes the inputs at (3,), and their derivatives along each axis if asked for, (4, size)."""
     slope = np.zeros(3)
     point = np.empty(3)
     for p in range(len(_OFFSETS)):
         for axis in range(3):
-            point[axis] = x[axis] + _OFFSETS[p, axis] * about.reach
-        clearance = clearance_at(about, point[0], point[1], point[2])
+            point[axis] = x[axis] + _OFFSETS[p, axis] * field.reach
+        clearance = clearance_at(field, point[0], point[1], point[2])
         clearance = min(max(clearance, -0.3), 1.5)
         if slopes:
-            uphill(about, point, slope)
+            uphill(field, point, slope)
         at = PER_CLEARANCE * p
         root, bounded = write_clearance_features(clearance, rows, at)
         write_feature_slopes(clearance, root, bounded, slope, 1.0, rows, at)
-    _mode_inputs(held, about, x, slopes, rows[:, CLEARANCES:])
+    _mode_inputs(modes, field, x, slopes, rows[:, CLEARANCES:])
 
 
 @_jit
-def _mode_inputs(held: Any, about: Any, x: Any, slopes: bool, rows: Any) -> None:
-    modes_at(held, about, x, rows[0])
+def _mode_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> None:
+    modes_at(modes, field, x, rows[0])
     if not slopes:
         return
-    h = _DIFFERENCE * about.reach
+    h = _DIFFERENCE * field.reach
     point = x.copy()
     below = np.empty(rows.shape[1])
     for axis in range(3):
         point[axis] = x[axis] - h
-        modes_at(held, about, point, below)
+        modes_at(modes, field, point, below)
         point[axis] = x[axis] + h
-        modes_at(held, about, point, rows[1 + axis])
+        modes_at(modes, field, point, rows[1 + axis])
         point[axis] = x[axis]
         for m in range(len(below)):
             rows[1 + axis, m] = (rows[1 + axis, m] - below[m]) / (2 * h)
 
 
 @_jit
-def _all_inputs(held: Any, about: Any, x: Any, slopes: bool, rows: Any) -> None:
+def _all_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> None:
     for n in range(len(x)):
-        room_inputs(held, about, x[n], slopes, rows[n])
+        room_inputs(modes, field, x[n], slopes, rows[n])

@@ -98,9 +98,9 @@ def _read(kept: Path, none: D, items: int) -> tuple[D, float]:
         return none, 0.0
     try:
         # Not by its name: NumPy would leave the file open where it is damaged.
-        with kept.open("rb") as opened, np.load(opened) as held:
-            made = type(none)(*(held[name] for name in vars(none)))
-            seconds = float(held["seconds"])
+        with kept.open("rb") as opened, np.load(opened) as stored:
+            made = type(none)(*(stored[name] for name in vars(none)))
+            seconds = float(stored["seconds"])
     except _NOT_OURS as error:
         raise InputError(f"cannot go on from {kept}, delete it: {reason(error)}") from error
     if not (made.continues(none) and made.finished <= items and 0 <= seconds < math.inf):

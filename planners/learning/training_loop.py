@@ -107,8 +107,8 @@ class Epochs:
             state.optimiser.load_state_dict(optimiser)
             return
         self.before = mean
-        held = state.net.state_dict(), state.optimiser.state_dict()
-        self.kept = [*self.kept[1 - rollback.kept :], deepcopy(held)]
+        now = state.net.state_dict(), state.optimiser.state_dict()
+        self.kept = [*self.kept[1 - rollback.kept :], deepcopy(now)]
 
 
 class Length(Protocol):
@@ -180,8 +180,8 @@ class TrainingState:
         """The averaged network. What is no weight, such as the w-space encoder's lambda, is not
         averaged but as it is now."""
         with torch.no_grad():
-            for held, now in zip(self.average.buffers(), self.net.buffers(), strict=True):
-                held.copy_(now)
+            for average, now in zip(self.average.buffers(), self.net.buffers(), strict=True):
+                average.copy_(now)
         return self.average
 
     def save(self, file: Path) -> None:

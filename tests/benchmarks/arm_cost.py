@@ -27,7 +27,7 @@ def main(text: str) -> None:
     env = envs.make(text)
     assert isinstance(env, ArmWorld)
     print(f"{text}: {env.dimension} joints, {len(env.robot.parts)} solids", end=", ")
-    print(f"{len(env.robot.view.balls)} spheres, {len(env.obstacles)} obstacles")
+    print(f"{len(env.robot.arrays.balls)} spheres, {len(env.obstacles)} obstacles")
     chain = env.robot.chain
 
     def forward_torch(q: Array) -> None:
@@ -43,7 +43,7 @@ def main(text: str) -> None:
         one_by_one(f"clearance, {name}", model.clearance, q)
     steps = np.random.default_rng(1).normal(0, 0.3, q.shape)
     motions = np.stack([q, q + steps], axis=1)[:2000]
-    view, scene = env.robot.view, env.scene
+    view, scene = env.robot.arrays, env.scene
 
     def by_fcl(motion: Array) -> None:
         with_bounds.segment_is_free(*motion)

@@ -64,7 +64,7 @@ def greatest_speeds(arm: Arm, a: Array, b: Array, steps: int = 40) -> Array:
 
 def bounds_of(arm: Arm, a: Array, b: Array) -> Array:
     bounds = np.empty(arm.moving)
-    part_bounds(arm.view, a, b, bounds)
+    part_bounds(arm.arrays, a, b, bounds)
     return bounds
 
 

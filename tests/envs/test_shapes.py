@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 
 from envs.collision.fcl_model import CollisionModel
 from envs.collision.mesh import Containment
-from envs.collision.primitive_sdf import nearest, view_of
+from envs.collision.primitive_sdf import nearest, scene_arrays
 from envs.collision.shapes import (
     BOX,
     CYLINDER,
-    NO_SOLID,
+    MESH,
     SIZED,
     SPHERE,
     Box,
@@ -92,7 +92,7 @@ def test_the_row_of_a_mesh_has_a_sphere_that_holds_it() -> None:
     assert row[9:12] == pytest.approx([1, 2, 3])
     assert row[15] == pytest.approx(np.linalg.norm([0.2, 0.3, 0.4]))
     assert row[15] >= np.linalg.norm([0.2, 0.3, 0.4])
-    assert row[16] == NO_SOLID
+    assert row[16] == MESH
 
 
 @each_solid
@@ -176,7 +176,7 @@ def test_a_new_kind_of_shape_is_one_class() -> None:
     assert model.clearance(np.zeros(3)) == pytest.approx(1.5, abs=1e-6)
     assert not model.is_valid(np.array([2.0, 0, 0]))
     assert not Containment(PointRobot(0.5), [cube]).possible
-    scene = view_of([cube], np.zeros(3), np.ones(3))
+    scene = scene_arrays([cube], np.zeros(3), np.ones(3))
     assert nearest(scene, 0.0, 0.0, 0.0, np.inf)[0] == pytest.approx(2.0)
     points = surface_points([cube], 50, seed=0)
     assert np.abs(points - [3, 0, 0]).max(axis=1) == pytest.approx(np.ones(50))

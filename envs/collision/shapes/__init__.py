@@ -4,7 +4,7 @@ A kind of shape is a class of its own, which answers all that is asked of it (`S
 which the sizes tell all are in `SIZED`, by which scene files name them.
 """
 
-from envs.collision.shapes.distance_row import BOX, CYLINDER, NO_SOLID, SPHERE, TRIANGLE
+from envs.collision.shapes.distance_row import BOX, CYLINDER, MESH, SPHERE, TRIANGLE
 from envs.collision.shapes.placed_shape import (
     SURFACE_POINTS,
     Obstacle,
@@ -21,7 +21,7 @@ __all__ = [
     "BOX",
     "CYLINDER",
     "LARGEST",
-    "NO_SOLID",
+    "MESH",
     "SIZED",
     "SPHERE",
     "SURFACE_POINTS",

@@ -11,7 +11,7 @@ import numpy as np
 
 from envs.problem import Array
 
-BOX, CYLINDER, SPHERE, TRIANGLE, NO_SOLID = 0.0, 1.0, 2.0, 3.0, -1.0
+BOX, CYLINDER, SPHERE, TRIANGLE, MESH = 0.0, 1.0, 2.0, 3.0, -1.0
 """What a row says that it is; the last of them stands for a mesh. A triangle's has its corners from
 its centre in place of axes, and size 0."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.shapes.distance_row import NO_SOLID
+from envs.collision.shapes.distance_row import MESH
 from envs.collision.shapes.solid import Solid
 from envs.collision.shapes.sphere_cover import Spheres
 from envs.grid import cells_of
@@ -97,7 +97,7 @@ class Mesh(Solid):
         center, radius = self.bounding_sphere()
         row = np.zeros(17)
         row[9:12] = pose[:3, :3] @ center + pose[:3, 3]
-        row[15], row[16] = radius * (1 + 1e-12), NO_SOLID
+        row[15], row[16] = radius * (1 + 1e-12), MESH
         return row
 
     def triangulate(self) -> trimesh.Trimesh:
