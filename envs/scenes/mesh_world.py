@@ -61,11 +61,6 @@ class Transform:
         there: Array = points * self.scale + self.offset
         return there
 
-    def to_mesh(self, points: Array) -> Array:
-        """Points (..., 3) of the world, in the mesh's frame."""
-        back: Array = (points - self.offset) / self.scale
-        return back
-
 
 _BESIDE_HOLES = 0.2
 """By how much winding numbers may be on the wrong side of a half, see `MeshWorld.allowed`."""

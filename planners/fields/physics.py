@@ -23,11 +23,6 @@ from planners.fields.clearance_field import normalized_clearance
 from planners.learning.normalizer import Normalizer
 
 
-def travel_time(distance: Tensor, tau: Tensor) -> Tensor:
-    """T = |qs - qg| / tau  (equation 1)."""
-    return distance / tau
-
-
 def predicted_speed(tau: Tensor, offset: Tensor, gradient: Tensor) -> Tensor:
     """The speed at one end that a factorised time field implies  (equation 2).
 
