@@ -147,11 +147,11 @@ def _merged(
     return vertices[first], same[renumbered].reshape(-1, 3)
 
 
-def _holes(found: Shells, vertices: Array) -> str:
-    if len(found.open_edges) == 0:
+def _holes(surface: Shells, vertices: Array) -> str:
+    if len(surface.open_edges) == 0:
         return "faces lie on one another in part, or have one side only"
-    x, y, z = vertices[found.open_edges[0]].mean(axis=0)
-    return f"{len(found.open_edges)} edges have one face, as at {x:.5g} {y:.5g} {z:.5g}"
+    x, y, z = vertices[surface.open_edges[0]].mean(axis=0)
+    return f"{len(surface.open_edges)} edges have one face, as at {x:.5g} {y:.5g} {z:.5g}"
 
 
 def _wound_alike(faces: NDArray[np.int64], area: Array) -> NDArray[np.int64]:

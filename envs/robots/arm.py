@@ -241,11 +241,11 @@ _jit = numba.njit(cache=True, nogil=True)
 
 
 @_jit
-def _part_poses(arm: Any, q: Any, found: Any) -> None:
+def _part_poses(arm: Any, q: Any, poses: Any) -> None:
     bodies = np.empty((1 + len(q), 3, 4))
     body_poses(arm.chain, q, bodies)
-    for part in range(len(found)):
-        compose(bodies[arm.bodies[part]], arm.offsets[part], found[part])
+    for part in range(len(poses)):
+        compose(bodies[arm.bodies[part]], arm.offsets[part], poses[part])
 
 
 @_jit

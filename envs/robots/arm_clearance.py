@@ -55,29 +55,29 @@ _jit = numba.njit(cache=True, nogil=True)
 
 
 @_jit
-def part_clearances(arm: Any, scene: Any, q: Any, found: Any) -> float:
+def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> float:
     """Writes the clearances (moving,) of the parts at a configuration (d,), the least of which is
     returned. Where parts must not touch each other, that counts for the one farther from the
     base, which is the one that moves as seen from the other."""
     bodies = np.empty((1 + len(q), 3, 4))
     body_poses(arm.chain, q, bodies)
     balls = np.empty((len(arm.balls), 3))
-    found[:] = np.inf
+    clearances[:] = np.inf
     for ball in range(len(arm.balls)):
         part = arm.ball_parts[ball]
         x, y, z = at(bodies[arm.bodies[part]], arm.balls[ball])
         balls[ball, 0], balls[ball, 1], balls[ball, 2] = x, y, z
         if part < arm.moving:
             radius = arm.balls[ball, 3]
-            found[part] = nearest(scene, x, y, z, found[part] + radius)[0] - radius
+            clearances[part] = nearest(scene, x, y, z, clearances[part] + radius)[0] - radius
     if arm.pairs.any():
-        _against_itself(arm, bodies, balls, found)
-    least: float = found.min()
+        _against_itself(arm, bodies, balls, clearances)
+    least: float = clearances.min()
     return least
 
 
 @_jit
-def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
+def _against_itself(arm: Any, bodies: Any, balls: Any, clearances: Any) -> None:
     """Lowers clearances to those from other parts; of meshes, to those of their spheres at `balls`
     (m, 3) while these are `_NEAR` apart. Any nearer they are exact: the spheres of two links side
     by side may overlap wherever these are."""
@@ -89,11 +89,11 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
             body, beside = arm.bodies[part], arm.bodies[other]
             if beside >= body or not arm.pairs[part, other]:
                 continue
-            most = found[part]
+            most = clearances[part]
             if arm.shapes.roots[part] >= 0 or arm.shapes.roots[other] >= 0:
                 apart = _distance_of_spheres(arm, balls, part, other, rows)
                 if apart >= _NEAR:
-                    found[part] = min(most, apart)
+                    clearances[part] = min(most, apart)
                     continue
                 most = min(most, _NEAR)
             apart = separation(
@@ -107,7 +107,7 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
                 bodies[beside],
                 most,
             )
-            found[part] = min(most, apart if apart > 0.0 else TOUCHING)
+            clearances[part] = min(most, apart if apart > 0.0 else TOUCHING)
 
 
 @_jit
@@ -129,16 +129,16 @@ def _distance_of_spheres(arm: Any, balls: Any, part: int, other: int, rows: Any)
 
 
 @_jit
-def _clearances(arm: Any, scene: Any, q: Any, found: Any) -> None:
+def _clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> None:
     if arm.pairs.any():
         parts = np.empty(arm.moving)
         for n in range(len(q)):
-            found[n] = part_clearances(arm, scene, q[n], parts)
+            clearances[n] = part_clearances(arm, scene, q[n], parts)
         return
     bodies = np.empty((1 + q.shape[1], 3, 4))
     for n in range(len(q)):
         body_poses(arm.chain, q[n], bodies)
-        found[n] = _least(arm, scene, bodies)
+        clearances[n] = _least(arm, scene, bodies)
 
 
 @njit_hot

@@ -252,11 +252,11 @@ def _solid(geometry: Any, folder: Path) -> Solid:
     scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
     if np.any(np.equal(scale, 0)):
         raise InputError("a mesh's scale must not be 0")
-    mesh = read_mesh(_found(geometry.mesh.filename, folder))
+    mesh = read_mesh(_mesh_file(geometry.mesh.filename, folder))
     return Mesh(mesh.vertices * scale, mesh.faces)
 
 
-def _found(name: str, folder: Path) -> Path:
+def _mesh_file(name: str, folder: Path) -> Path:
     """The file of a mesh that a URDF in a folder names: from there, or as a package's, from any
     folder above."""
     scheme, _, rest = name.rpartition("://")

@@ -69,30 +69,30 @@ class RoomInputs(ComputedInputs):
         return rows
 
 
-def effective_resistance(apart: Tensor) -> Tensor:
+def effective_resistance(difference: Tensor) -> Tensor:
     """Between pairs of places (...), from the differences (..., m) of their modes."""
-    return (apart / 2).square().sum(-1)
+    return (difference / 2).square().sum(-1)
 
 
 def resistance_stretch(
-    apart: Tensor, by_start: Tensor, by_goal: Tensor, offset: Tensor
+    difference: Tensor, by_start: Tensor, by_goal: Tensor, offset: Tensor
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """log((|offset| + |apart / 2|^2) / |offset|) (...) and its gradients (..., d) at both ends.
+    """log((|offset| + |difference / 2|^2) / |offset|) (...), its gradients (..., d) at both ends.
 
     Args:
-        apart: (..., m), start's modes minus goal's.
+        difference: (..., m), start's modes minus goal's.
         by_start, by_goal: (d, ..., m), the modes' derivatives at each.
         offset: (..., d), start minus goal.
     """
     offset = offset + 1e-6  # never zero
     distance = offset.norm(dim=-1, keepdim=True)
     toward = offset / distance
-    whole = distance + effective_resistance(apart)[..., None]
+    whole = distance + effective_resistance(difference)[..., None]
     near = toward / distance
     return (
         torch.log(whole / distance).squeeze(-1),
-        (toward + contract(apart, by_start) / 2) / whole - near,
-        near - (toward + contract(apart, by_goal) / 2) / whole,
+        (toward + contract(difference, by_start) / 2) / whole - near,
+        near - (toward + contract(difference, by_goal) / 2) / whole,
     )
 
 

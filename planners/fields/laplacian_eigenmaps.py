@@ -221,7 +221,7 @@ _HARDLY = 1e-6
 
 
 @_jit
-def modes_at(modes: Any, field: Any, x: Any, found: Any) -> None:
+def modes_at(modes: Any, field: Any, x: Any, values: Any) -> None:
     """Writes the modes (m,) at (3,): quadratic splines, weighted by how well nodes are seen."""
     base = np.empty(3, dtype=np.int64)
     spline = np.empty((3, 3))
@@ -233,7 +233,7 @@ def modes_at(modes: Any, field: Any, x: Any, found: Any) -> None:
         spline[axis, 0] = 0.5 * (0.5 - t) ** 2
         spline[axis, 1] = 0.75 - t * t
         spline[axis, 2] = 0.5 * (0.5 + t) ** 2
-    found[:] = 0
+    values[:] = 0
     total = 0.0
     for a in range(3):
         for b in range(3):
@@ -248,10 +248,10 @@ def modes_at(modes: Any, field: Any, x: Any, found: Any) -> None:
                     weight *= _HARDLY
                 total += weight
                 row = modes.row[i, j, k]
-                for m in range(len(found)):
-                    found[m] += weight * modes.values[row, m]
-    for m in range(len(found)):
-        found[m] /= total
+                for m in range(len(values)):
+                    values[m] += weight * modes.values[row, m]
+    for m in range(len(values)):
+        values[m] /= total
 
 
 @_jit
@@ -270,12 +270,12 @@ def _seen(modes: Any, field: Any, x: Any, i: int, j: int, k: int) -> float:
 
 def modes_of(modes: ModeArrays, field: ClearanceField, x: Array) -> Array:
     """Modes (n, m) at (n, 3), see `modes_at`."""
-    found = np.empty((len(x), modes.values.shape[1]))
-    _all_modes(modes, field, np.ascontiguousarray(x, dtype=np.float64), found)
-    return found
+    values = np.empty((len(x), modes.values.shape[1]))
+    _all_modes(modes, field, np.ascontiguousarray(x, dtype=np.float64), values)
+    return values
 
 
 @_jit
-def _all_modes(modes: Any, field: Any, x: Any, found: Any) -> None:
+def _all_modes(modes: Any, field: Any, x: Any, values: Any) -> None:
     for n in range(len(x)):
-        modes_at(modes, field, x[n], found[n])
+        modes_at(modes, field, x[n], values[n])

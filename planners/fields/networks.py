@@ -160,8 +160,8 @@ class TimeField(nn.Module):
         )
         if self.shape.modes == 0:
             return found
-        apart = at_start[..., f:] - at_goal[..., f:]
-        lifted = resistance_stretch(apart, by_start[..., f:], by_goal[..., f:], offset)
+        difference = at_start[..., f:] - at_goal[..., f:]
+        lifted = resistance_stretch(difference, by_start[..., f:], by_goal[..., f:], offset)
         base, at_one, at_other = (a + b for a, b in zip(found, lifted, strict=True))
         return base, at_one, at_other
 
