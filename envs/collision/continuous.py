@@ -60,16 +60,14 @@ def segment_is_free(
         distance = clearance(a + t * step)
         return -1.0 if distance <= tolerance else distance - tolerance / 2
 
-    free: bool = is_covered.py_func(room_at, None, bound)
-    return free
+    return is_covered(room_at, None, bound)
 
 
-@njit_inline
 def is_covered(room_at: Any, motion: Any, bound: float) -> bool:
     """Whether a motion, t in [0, 1], is covered by intervals in which nothing can be touched.
 
-    Middles of uncovered parts are asked first, breadth first. Compiled, it is part of its callers,
-    which give it a compiled function.
+    Middles of uncovered parts are asked first, breadth first. `compiled_is_covered` is the same
+    for compiled code, part of its callers, which give it a compiled function.
 
     Args:
         room_at: (motion, t) -> how far the robot may surely move from where it is at t, or
@@ -92,6 +90,9 @@ def is_covered(room_at: Any, motion: Any, bound: float) -> bool:
             high.append(end)
         asked += 1
     return True
+
+
+compiled_is_covered = njit_inline(is_covered)
 
 
 class UndecidedError(Exception):

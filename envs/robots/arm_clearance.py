@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.continuous import is_covered
+from envs.collision.continuous import compiled_is_covered
 from envs.collision.gjk import at, moved
 from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest, to_solid
 from envs.collision.separation import separation
@@ -167,7 +167,7 @@ def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> b
     """
     bounds, parts = np.empty(arm.moving), np.empty(arm.moving)
     part_bounds(arm, a, b, bounds)
-    return is_covered(_share_free, (arm, scene, a, b, tolerance, bounds, parts), 1.0)
+    return compiled_is_covered(_share_free, (arm, scene, a, b, tolerance, bounds, parts), 1.0)
 
 
 @_jit

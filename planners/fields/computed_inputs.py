@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -14,6 +14,11 @@ from torch import Tensor, nn
 
 from envs.compiled import njit_inline
 from envs.problem import Array
+
+if TYPE_CHECKING:
+    from planners.fields.clearance_field import ClearanceField
+    from planners.fields.laplacian_eigenmaps import ModeArrays
+    from planners.fields.robot_features import ArmClearanceField
 
 PER_CLEARANCE = 3
 """Features of a clearance: slowness, but smooth; the clearance, but bounded; nearness."""
@@ -27,6 +32,16 @@ class ComputedInputs(nn.Module):
     """
 
     size: int
+
+    @property
+    @abstractmethod
+    def field(self) -> ClearanceField | ArmClearanceField:
+        """What compiled code is given of clearances."""
+
+    @property
+    @abstractmethod
+    def mode_arrays(self) -> ModeArrays:
+        """What it is given of modes of free space."""
 
     @abstractmethod
     def at(self, x: Array, slopes: bool = True) -> Array:

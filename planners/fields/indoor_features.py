@@ -55,12 +55,10 @@ class RoomInputs(ComputedInputs):
 
     @property
     def field(self) -> ClearanceField:
-        """What compiled code is given of clearances."""
         return self.clearances.field
 
     @property
     def mode_arrays(self) -> ModeArrays:
-        """What it is given of the modes."""
         return self.modes.arrays
 
     def at(self, x: Array, slopes: bool = True) -> Array:

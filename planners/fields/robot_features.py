@@ -61,20 +61,20 @@ class ArmClearanceField(NamedTuple):
 
 
 class ArmInputs(ComputedInputs):
-    """Inputs of a network: 2 d of the joints, then 3 and 3 for each body.
-
-    Attributes:
-        field: what compiled code is given.
-        size: how many inputs there are.
-        mode_arrays: of which there are none.
-    """
-
-    mode_arrays = ModeArrays.none()
+    """Inputs of a network: 2 d of the joints, then 3 and 3 for each body."""
 
     def __init__(self, env: ArmWorld) -> None:
         super().__init__()
-        self.field = ArmClearanceField.of(env)
+        self._field = ArmClearanceField.of(env)
         self.size = size_of_inputs(env.dimension)
+
+    @property
+    def field(self) -> ArmClearanceField:
+        return self._field
+
+    @property
+    def mode_arrays(self) -> ModeArrays:
+        return ModeArrays.none()
 
     def at(self, x: Array, slopes: bool = True) -> Array:
         rows = np.zeros((len(x), 1 + x.shape[1], self.size))
