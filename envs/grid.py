@@ -68,9 +68,9 @@ class RegularGrid(NamedTuple):
 
     def at_nearest(self, q: Array) -> NDArray[Any]:
         """The values (n,) of the nodes nearest to places (n, d)."""
-        within = np.clip(self.nearest(q), 0, np.array(self.values.shape) - 1)
-        found: NDArray[Any] = self.values[tuple(within.T)]
-        return found
+        numbers = tuple(self.nearest(q).T)
+        places = np.ravel_multi_index(numbers, self.values.shape, mode="clip")
+        return self.values.reshape(-1)[places]
 
     def interpolate(self, q: Array) -> Array:
         """Values (n,) at places (n, d), multilinearly between the nodes."""

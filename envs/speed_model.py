@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
-from envs.compiled import QUICK
+from envs.compiled import njit_quick
 from envs.problem import Array
 
 
@@ -61,7 +60,7 @@ class NormalizedSpeed(NamedTuple):
     contact: float
 
 
-@numba.njit(cache=True, nogil=True, fastmath=QUICK)
+@njit_quick
 def speed_at(model: Any, clearance: float) -> float:
     """The speed of a `NormalizedSpeed` at a clearance by d_max; see `SpeedModel`."""
     speed: float = min(max(clearance, model.least), 1.0)

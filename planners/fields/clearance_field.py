@@ -12,7 +12,7 @@ import numba
 import numpy as np
 
 from envs import Environment
-from envs.compiled import QUICK, parallel_for
+from envs.compiled import QUICK, njit_quick, parallel_for
 from envs.grid import RegularGrid, central_differences, trilinear
 from envs.problem import Array
 from envs.speed_model import NormalizedSpeed, speed_at
@@ -129,14 +129,14 @@ def clearance_map_of(env: Environment) -> ClearanceMap:
 _jit = numba.njit(cache=True, nogil=True, fastmath=QUICK)
 
 
-@_jit
+@njit_quick
 def clearance_at(field: Any, x: float, y: float, z: float) -> float:
     """Clearance by d_max; beyond the grid, its border goes on."""
     clearance: float = trilinear(field.grid, x, y, z)
     return clearance
 
 
-@_jit
+@njit_quick
 def uphill(field: Any, x: Any, slope: Any) -> None:
     """Writes the gradient (3,) of the clearance at (3,), per length."""
     central_differences(clearance_at, field, field.grid.per_unit, x[0], x[1], x[2], slope)
