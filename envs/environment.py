@@ -1,4 +1,4 @@
-"""The contract of an environment, and the paper's speed model."""
+"""The contract of an environment."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import hashlib
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -18,6 +17,7 @@ from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
 from envs.collision.shapes import Obstacle, Robot
 from envs.problem import Array, Problem
+from envs.speed_model import SpeedModel
 
 _FINEST = 2e-5
 """The least tolerance, by the extent of a scene: what the judge asks to decide on a segment grows
@@ -239,34 +239,3 @@ class Environment(ABC):
 def _digest(definition: dict[str, Any]) -> str:
     text = json.dumps(definition, sort_keys=True, allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-@dataclass(frozen=True)
-class SpeedModel:
-    """S*(q) = s_const / d_max * clip(clearance(q), d_min, d_max)  (equation 3).
-
-    Distances are in the environment's workspace unit. The speed is `s_const` in the open and
-    falls linearly to `s_const * d_min / d_max` near and inside obstacles.
-
-    Where obstacles are thin, that is too fast for walls: to cross one may take less time than
-    the way round through a door. So there `contact`, if not 0, is the speed at contact and inside
-    obstacles, to which it goes on falling below d_min, linearly in log scale.
-    """
-
-    d_min: float
-    d_max: float
-    s_const: float = 1.0
-    contact: float = 0.0
-
-    def __call__(self, clearance: Array) -> Array:
-        """Speeds for clearances of any shape."""
-        speed: Array = self.s_const / self.d_max * np.clip(clearance, self.d_min, self.d_max)
-        if self.contact:
-            depth = 1 - np.clip(clearance / self.d_min, 0, 1)
-            speed *= (self.contact * self.d_max / (self.s_const * self.d_min)) ** depth
-        return speed
-
-    @property
-    def ratio(self) -> float:
-        """The highest speed by the lowest."""
-        return self.s_const / self.contact if self.contact else self.d_max / self.d_min

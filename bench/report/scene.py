@@ -20,7 +20,6 @@ from bench.report.projection import faced, interior
 from bench.storage.record import Verdict, decode_path
 from envs import Environment, InputError
 from envs.collision.fcl_model import Allowed
-from envs.collision.shapes import triangulated
 from envs.errors import suggestion
 from envs.problem import Array
 
@@ -136,7 +135,7 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
         within = interior(env)
         view = _FROM_ASIDE if within is None else _CUT_OPEN
         for obstacle in env.obstacles:
-            faces = np.asarray(triangulated(obstacle).triangles)
+            faces = np.asarray(obstacle.triangulate().triangles)
             if within is not None:
                 faces = faces[_seen_when_cut_open(within, faces, shown)]
             solid = Poly3DCollection(

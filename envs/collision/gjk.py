@@ -17,10 +17,8 @@ from typing import Any
 import numba
 import numpy as np
 
-from envs.collision.primitive_sdf import BOX, CYLINDER, TRIANGLE, solid_row
+from envs.collision.shapes import BOX, CYLINDER, TRIANGLE
 from envs.compiled import njit_hot
-
-__all__ = ["distance", "least_distance", "moved", "put", "solid_row"]
 
 _PRECISION = 1e-7
 """How far below the distance it may be found, in metres, or by the distance where over a metre."""
@@ -35,7 +33,7 @@ _jit = numba.njit(cache=True, nogil=True)
 
 @_jit
 def distance(a: Any, b: Any, most: float) -> float:
-    """A lower bound of the distance between two solids, rows (17,) of `SceneArrays.solids`.
+    """A lower bound of the distance between two solids, rows (17,) as in `shapes.distance_row`.
 
     Within `_PRECISION` of the distance, and 0 where they touch or overlap; or else at least
     `most`, as soon as the distance is proved to be. Never above the distance, but for rounding.

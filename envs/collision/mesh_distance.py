@@ -14,7 +14,8 @@ import numba
 import numpy as np
 
 from envs.collision.gjk import distance, moved
-from envs.collision.primitive_sdf import CYLINDER, SPHERE, TRIANGLE, to_solid
+from envs.collision.primitive_sdf import to_solid
+from envs.collision.shapes import CYLINDER, SPHERE, TRIANGLE
 from envs.collision.triangles import point_to_triangle, triangle_to_triangle
 from envs.compiled import njit_hot
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from envs.errors import InputError, brief, reason
+from envs.errors import InputError, brief, input_error_of, reason
 
 
 @dataclass(frozen=True)
@@ -159,11 +159,8 @@ def digest(file: Path) -> str:
     Raises:
         InputError: it cannot be read.
     """
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {file}: {error.strerror or error}") from error
-    return hashlib.sha256(content).hexdigest()[:12]
+    with input_error_of(f"cannot read {file}"):
+        return hashlib.sha256(file.read_bytes()).hexdigest()[:12]
 
 
 def _run(file: Path, name: str) -> None:

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.mesh import piece_points, queries
+from envs.collision.mesh import queries
 from envs.collision.separation import Shapes, separations
 from envs.collision.shapes import Mesh, PlacedShape
 from envs.problem import Array
@@ -110,14 +110,13 @@ def _farthest(
 def poses_of(chain: Chain, bodies: NDArray[np.int64], q: Array) -> Array:
     """The poses (n, 2, 3, 4) of two of a chain's bodies at configurations (n, d)."""
     poses = np.empty((len(q), 2, 3, 4))
-    _poses_of(chain.view, np.ascontiguousarray(q, dtype=np.float64), bodies, poses)
+    _poses_of(chain.arrays, np.ascontiguousarray(q, dtype=np.float64), bodies, poses)
     return poses
 
 
 def _points(placed: PlacedShape, poses: Array) -> Array:
     """A point of each piece of a shape, (n, k, 3), whose body is at poses (n, 3, 4)."""
-    points = piece_points(placed.solid) @ placed.pose[:3, :3].T + placed.pose[:3, 3]
-    there: Array = points @ np.swapaxes(poses[:, :, :3], 1, 2) + poses[:, None, :, 3]
+    there: Array = placed.piece_points() @ np.swapaxes(poses[:, :, :3], 1, 2) + poses[:, None, :, 3]
     return there
 
 

@@ -78,9 +78,9 @@ class Chain:
         return len(self.joints)
 
     @cached_property
-    def view(self) -> ChainView:
+    def arrays(self) -> ChainArrays:
         """What compiled code is given."""
-        return ChainView(
+        return ChainArrays(
             np.array([joint.origin[:3] for joint in self.joints]),
             np.array([joint.axis for joint in self.joints]),
             np.array([joint.prismatic for joint in self.joints]),
@@ -95,7 +95,7 @@ class Chain:
             )
         bodies, offsets = self._link_arrays
         poses = np.zeros((len(configurations), len(bodies), 4, 4))
-        _forward(self.view, configurations, bodies, offsets, poses)
+        _forward(self.arrays, configurations, bodies, offsets, poses)
         return poses
 
     @cached_property
@@ -104,7 +104,7 @@ class Chain:
         return bodies, np.array([link.offset[:3] for link in self.links])
 
 
-class ChainView(NamedTuple):
+class ChainArrays(NamedTuple):
     """A chain's joints as compiled code sees them: origins (d, 3, 4), axes (d, 3), prismatic (d,).
 
     Poses in compiled code are (3, 4), the upper rows of homogeneous ones.

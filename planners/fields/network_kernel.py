@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.compiled import QUICK
-from planners.fields.clearance_field import View
+from planners.fields.clearance_field import ClearanceField
 from planners.fields.dispatch import inputs_at
-from planners.fields.laplacian_eigenmaps import Held
-from planners.fields.robot_features import ArmAbout
+from planners.fields.laplacian_eigenmaps import ModeArrays
+from planners.fields.robot_features import ArmClearanceField
 
 Single = NDArray[np.float32]
 
@@ -43,8 +43,8 @@ class Network(NamedTuple):
     below: float
     opening: float
     smoothing: float
-    held: Held
-    about: View | ArmAbout
+    modes: ModeArrays
+    field: ClearanceField | ArmClearanceField
 
 
 _jit = numba.njit(cache=True, fastmath=QUICK)
@@ -90,7 +90,7 @@ def _inputs(ends: Any, net: Any, rows: Any) -> None:
                 rows[at + 1 + k, d + frequencies + f] = -sine * turn
         if rows.shape[1] > direct:
             more = np.empty((1 + d, rows.shape[1] - direct))
-            inputs_at(net.held, net.about, ends[end].astype(np.float64), more)
+            inputs_at(net.modes, net.field, ends[end].astype(np.float64), more)
             rows[at : at + 1 + d, direct:] = more
 
 
@@ -156,7 +156,7 @@ def pair(ends: Any, gradients: Any, net: Any) -> float:
             at_goal += by_psi * features[goal_row, psi] - by_phi * features[goal_row, j]
         gradients[0, k] = at_start
         gradients[1, k] = at_goal
-    modes = inputs[:, inputs.shape[1] - net.held.values.shape[1] :]
+    modes = inputs[:, inputs.shape[1] - net.modes.values.shape[1] :]
     stretch: float = net.scale * gate - net.below + _resistance(ends, modes, gradients)
     return stretch
 
