@@ -20,8 +20,7 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 import envs
-from bench.judging.metrics import REGISTERED
-from bench.judging.user_metrics import GROUP as METRIC_GROUP
+from bench.judging import METRIC_GROUP
 from envs import InputError
 from envs.registry.spec import is_file
 
@@ -196,7 +195,9 @@ def _files_of_packages() -> set[str | None]:
     """The files of metrics, and of all modules that packages with environments or metrics have."""
     points = (*envs.REGISTRY.plugins.points(), *entry_points(group=METRIC_GROUP))
     packages = {point.module.partition(".")[0] for point in points}
-    files = {str(Path(m.origin).resolve()) for m in REGISTERED if is_file(m.origin)}
+    metrics = sys.modules.get("bench.judging.metrics")  # not for commands that have none
+    registered = metrics.REGISTERED if metrics else ()
+    files = {str(Path(m.origin).resolve()) for m in registered if is_file(m.origin)}
     modules = [m for name, m in sys.modules.items() if name.partition(".")[0] in packages]
     return {getattr(module, "__file__", None) for module in modules} - {None} | files
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
-from bench.judging import metrics
+from bench.judging import METRIC_GROUP, metrics
 from bench.judging.metric import Metric
 from bench.storage.record import COLUMNS
 from envs import InputError
@@ -21,9 +21,6 @@ from envs.errors import reason
 from envs.registry.spec import is_file, module_of
 
 logger = logging.getLogger(__name__)
-
-GROUP = "bench.metrics"
-"""Of entry points; each loads to a `Metric`."""
 
 
 @contextmanager
@@ -61,7 +58,7 @@ def metrics_of_file(file: Path) -> list[Metric]:
 
 def _of_packages() -> list[Metric]:
     """A broken one is named in a warning."""
-    found = (_announced(point) for point in entry_points(group=GROUP))
+    found = (_announced(point) for point in entry_points(group=METRIC_GROUP))
     return [metric for metric in found if metric is not None]
 
 

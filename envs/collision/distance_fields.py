@@ -7,11 +7,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.shapes import Box, Mesh
+from envs.compiled import njit_cached
 from envs.grid import RegularGrid
 from envs.problem import Array
 
@@ -108,7 +108,7 @@ def _covering(surface: Mesh, spacing: float) -> Iterator[Array]:
             yield np.einsum("wc,fcd->fwd", weights, block).reshape(-1, 3)
 
 
-@numba.njit(cache=True)
+@njit_cached
 def _nearest_points(rows: Any, points: Any, sign: Any, lower: Any, spacing: Any) -> Any:
     """Signed distances on the nodes to the nearest among the points (m, 3) that are named by
     `rows` (nx, ny, nz) at a node and its six neighbours."""

@@ -6,12 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
 from envs.collision.mesh import queries
 from envs.collision.shapes import BOX, CYLINDER, Mesh, Obstacle
-from envs.compiled import njit_hot, njit_inline
+from envs.compiled import njit_cached, njit_hot, njit_inline
 from envs.grid import RegularGrid, central_differences, distance_beyond, trilinear
 from envs.problem import Array
 
@@ -68,9 +67,6 @@ def _grid(meshes: Sequence[tuple[Mesh, Array]], lower: Array, upper: Array) -> R
 _NO_MESHES = RegularGrid(np.ones((1, 1, 1), dtype=np.float32), np.zeros(3), np.ones(3), np.ones(3))
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
 @njit_inline  # a tenth less for all of a clearance
 def to_solid(solids: Any, n: int, x: float, y: float, z: float) -> float:
     """Signed distance from a point to the solid in row n as in `SceneArrays`; see `nearest`."""
@@ -118,7 +114,7 @@ def nearest(scene: Any, x: float, y: float, z: float, most: float) -> tuple[floa
     return least, which
 
 
-@_jit
+@njit_cached
 def normal_at(scene: Any, which: int, x: float, y: float, z: float, normal: Any) -> None:
     """Writes the gradient (3,) of the distance to obstacle number `which`, see `nearest`."""
     if which == MESHES:
@@ -141,7 +137,7 @@ def normal_at(scene: Any, which: int, x: float, y: float, z: float, normal: Any)
         normal[i] = row[i] * slope[0] + row[3 + i] * slope[1] + row[6 + i] * slope[2]
 
 
-@_jit
+@njit_cached
 def _slope_of_box(local: Any, half: Any, slope: Any) -> None:
     squared = 0.0
     deepest, axis = -np.inf, 0
@@ -157,7 +153,7 @@ def _slope_of_box(local: Any, half: Any, slope: Any) -> None:
         slope[axis] = math.copysign(1.0, local[axis])
 
 
-@_jit
+@njit_cached
 def _slope_of_cylinder(local: Any, radius: float, half: float, slope: Any) -> None:
     out = math.sqrt(local[0] ** 2 + local[1] ** 2)
     aside, above = out - radius, abs(local[2]) - half

@@ -10,7 +10,6 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +17,7 @@ from envs.collision.gjk import compose, distance, moved
 from envs.collision.mesh_distance import mesh_to_mesh, solid_to_mesh
 from envs.collision.mesh_tree import Trees, trees_of
 from envs.collision.shapes import Mesh, Obstacle
-from envs.compiled import njit_hot
+from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 
 
@@ -51,10 +50,7 @@ def shapes_of(placed: Sequence[Obstacle]) -> Shapes:
     )
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
-@_jit
+@njit_cached
 def separation(
     a: Any, i: int, row: Any, pose: Any, b: Any, j: int, other: Any, at: Any, most: float
 ) -> float:
@@ -85,7 +81,7 @@ def separation(
     return float(solid_to_mesh(a.trees, a.roots[i], solid, most))
 
 
-@_jit
+@njit_cached
 def least_separation(a: Any, i: int, turn: Any, shift: Any, around: Any, most: float) -> float:
     """The least `separation` of shape i of `a`, after a rotation (3, 3) and a translation (3,),
     from shapes that stand still; or something above `most`."""
@@ -99,7 +95,7 @@ def least_separation(a: Any, i: int, turn: Any, shift: Any, around: Any, most: f
     return least
 
 
-@_jit
+@njit_cached
 def separations(shapes: Any, i: int, j: int, poses: Any, most: float) -> Any:
     """The `separation` (n,) of two shapes whose frames are at poses (n, 2, 3, 4)."""
     row, other = np.empty(17), np.empty(17)

@@ -10,13 +10,13 @@ from collections.abc import Collection, Sequence
 from itertools import combinations
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.mesh import queries
 from envs.collision.separation import Shapes, separations
 from envs.collision.shapes import Mesh, PlacedShape
+from envs.compiled import njit_cached
 from envs.problem import Array
 from envs.robots.chain import Chain, body_poses
 from envs.seeding import stream
@@ -155,10 +155,7 @@ def neighbours(chain: Chain, solid: Collection[str]) -> set[tuple[str, str]]:
     return found
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
-@_jit
+@njit_cached
 def _poses_of(chain: Any, q: Any, bodies: Any, poses: Any) -> None:
     """Writes the poses (n, 2, 3, 4) of two bodies."""
     found = np.empty((1 + q.shape[1], 3, 4))

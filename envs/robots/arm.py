@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.gjk import at, compose
 from envs.collision.separation import Shapes, separations, shapes_of
 from envs.collision.shapes import PlacedShape, Pose, Solid
+from envs.compiled import njit_cached
 from envs.problem import Array
 from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs, poses_of
 from envs.robots.chain import Chain, ChainArrays, body_poses
@@ -237,10 +237,7 @@ def _slide(prismatic: bool, lower: float, upper: float) -> float:
     return max(abs(lower), abs(upper)) if prismatic else 0.0
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
-@_jit
+@njit_cached
 def _part_poses(arm: Any, q: Any, poses: Any) -> None:
     bodies = np.empty((1 + len(q), 3, 4))
     body_poses(arm.chain, q, bodies)
@@ -248,7 +245,7 @@ def _part_poses(arm: Any, q: Any, poses: Any) -> None:
         compose(bodies[arm.bodies[part]], arm.offsets[part], poses[part])
 
 
-@_jit
+@njit_cached
 def part_bounds(arm: Any, a: Any, b: Any, bounds: Any) -> None:
     """Writes bounds (moving,) on the speed of any point of each part, in metres per unit of t,
     while the configuration moves as a + t (b - a), t in [0, 1].
@@ -277,7 +274,7 @@ def part_bounds(arm: Any, a: Any, b: Any, bounds: Any) -> None:
             later += half[i] * arm.reach[i, part]
 
 
-@_jit
+@njit_cached
 def _from_axis(arm: Any, bodies: Any, joint: int, x: float, y: float, z: float) -> float:
     """The distance of a point from the axis of a joint, whose body's pose is in `bodies`."""
     pose = bodies[joint + 1]

@@ -11,7 +11,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +19,7 @@ from envs.collision.gjk import at, moved
 from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest, to_solid
 from envs.collision.separation import separation
 from envs.collision.shapes import MESH
-from envs.compiled import njit_hot, parallel_for
+from envs.compiled import njit_cached, njit_hot, parallel_for
 from envs.problem import Array
 from envs.robots.arm import RobotArrays, part_bounds
 from envs.robots.chain import body_poses
@@ -51,10 +50,7 @@ def paths_are_free(
     return np.array([_path_is_free(arm, scene, path, tolerance) for path in ready], dtype=np.bool_)
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
-@_jit
+@njit_cached
 def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> float:
     """Writes the clearances (moving,) of the parts at a configuration (d,), the least of which is
     returned. Where parts must not touch each other, that counts for the one farther from the
@@ -76,7 +72,7 @@ def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> float:
     return least
 
 
-@_jit
+@njit_cached
 def _against_itself(arm: Any, bodies: Any, balls: Any, clearances: Any) -> None:
     """Lowers clearances to those from other parts; of meshes, to those of their spheres at `balls`
     (m, 3) while these are `_NEAR` apart. Any nearer they are exact: the spheres of two links side
@@ -110,7 +106,7 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, clearances: Any) -> None:
             clearances[part] = min(most, apart if apart > 0.0 else TOUCHING)
 
 
-@_jit
+@njit_cached
 def _distance_of_spheres(arm: Any, balls: Any, part: int, other: int, rows: Any) -> float:
     """The least distance of the spheres of one part from those of another. Where one is no mesh
     it stands for its own spheres, which reach far out of flat ends."""
@@ -128,7 +124,7 @@ def _distance_of_spheres(arm: Any, balls: Any, part: int, other: int, rows: Any)
     return least
 
 
-@_jit
+@njit_cached
 def _clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> None:
     if arm.pairs.any():
         parts = np.empty(arm.moving)
@@ -158,7 +154,7 @@ def _least(arm: Any, scene: Any, bodies: Any) -> float:
     return least
 
 
-@_jit
+@njit_cached
 def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> bool:
     """Whether the straight motion from a to b (d,) is proved free of collision.
 
@@ -170,7 +166,7 @@ def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> b
     return compiled_is_covered(_share_free, (arm, scene, a, b, tolerance, bounds, parts), 1.0)
 
 
-@_jit
+@njit_cached
 def _share_free(motion: Any, t: float) -> float:
     """How much of a motion about t is proved free, or -1 where it is not."""
     arm, scene, a, b, tolerance, bounds, parts = motion
@@ -183,7 +179,7 @@ def _share_free(motion: Any, t: float) -> float:
     return share
 
 
-@_jit
+@njit_cached
 def _path_is_free(arm: Any, scene: Any, path: Any, tolerance: float) -> bool:
     if len(path) == 1:
         return segment_is_free(arm, scene, path[0], path[0], tolerance)

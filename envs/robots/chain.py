@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.gjk import compose
-from envs.compiled import njit_hot
+from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 
 
@@ -115,9 +114,6 @@ class ChainArrays(NamedTuple):
     prismatic: NDArray[np.bool_]
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
 @njit_hot
 def body_poses(chain: Any, q: Any, poses: Any) -> None:
     """Writes the poses (1 + d, 3, 4) of the bodies at a configuration (d,)."""
@@ -155,7 +151,7 @@ def _turn(pose: Any, axis: Any, angle: float) -> None:
         pose[i, 2] = w * c + (u * y - v * x) * s + along * z
 
 
-@_jit
+@njit_cached
 def _forward(chain: Any, q: Any, bodies: Any, offsets: Any, poses: Any) -> None:
     at_body = np.empty((1 + q.shape[1], 3, 4))
     for n in range(len(q)):

@@ -8,11 +8,10 @@ from functools import cached_property
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary, ref
 
-import numba
 import numpy as np
 
 from envs import Environment
-from envs.compiled import QUICK, njit_quick, parallel_for
+from envs.compiled import njit_cached_quick, njit_quick, parallel_for
 from envs.grid import RegularGrid, central_differences, trilinear
 from envs.problem import Array
 from envs.speed_model import NormalizedSpeed, speed_at
@@ -126,9 +125,6 @@ def clearance_map_of(env: Environment) -> ClearanceMap:
     return _made[env]
 
 
-_jit = numba.njit(cache=True, nogil=True, fastmath=QUICK)
-
-
 @njit_quick
 def clearance_at(field: Any, x: float, y: float, z: float) -> float:
     """Clearance by d_max; beyond the grid, its border goes on."""
@@ -142,7 +138,7 @@ def uphill(field: Any, x: Any, slope: Any) -> None:
     central_differences(clearance_at, field, field.grid.per_unit, x[0], x[1], x[2], slope)
 
 
-@_jit
+@njit_cached_quick
 def room_outward(field: Any, x: Any, missing: float, step: Any) -> None:
     """Writes a step (3,) uphill from (3,), as long as the clearance that is missing, by d_max."""
     uphill(field, x, step)
@@ -151,7 +147,7 @@ def room_outward(field: Any, x: Any, missing: float, step: Any) -> None:
         step[axis] *= missing * field.reach / steepness
 
 
-@_jit
+@njit_cached_quick
 def _clearances(field: Any, x: Any) -> Any:
     found = np.empty(len(x))
     for n in range(len(x)):
@@ -159,7 +155,7 @@ def _clearances(field: Any, x: Any) -> Any:
     return found
 
 
-@_jit
+@njit_cached_quick
 def straight_times(field: Any, a: Any, b: Any) -> Any:
     """See `ClearanceMap.straight_times`, for ends (n, 3)."""
     times = np.empty(len(a))

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 import torch
 from torch import Tensor
 
 from envs import Environment
-from envs.compiled import QUICK
+from envs.compiled import njit_cached_quick
 from envs.problem import Array
 from planners.fields.clearance_field import ClearanceField, clearance_at, clearance_map_of, uphill
 from planners.fields.computed_inputs import (
@@ -94,10 +93,7 @@ def resistance_stretch(
     )
 
 
-_jit = numba.njit(cache=True, fastmath=QUICK)
-
-
-@_jit
+@njit_cached_quick
 def room_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> None:
     """Writes the inputs at (3,), and their derivatives along each axis if asked for, (4, size)."""
     slope = np.zeros(3)
@@ -115,7 +111,7 @@ def room_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> None
     _mode_inputs(modes, field, x, slopes, rows[:, CLEARANCES:])
 
 
-@_jit
+@njit_cached_quick
 def _mode_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> None:
     modes_at(modes, field, x, rows[0])
     if not slopes:
@@ -133,7 +129,7 @@ def _mode_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> Non
             rows[1 + axis, m] = (rows[1 + axis, m] - below[m]) / (2 * h)
 
 
-@_jit
+@njit_cached_quick
 def _all_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> None:
     for n in range(len(x)):
         room_inputs(modes, field, x[n], slopes, rows[n])

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -24,7 +23,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import eigsh
 from torch import Tensor, nn
 
-from envs.compiled import QUICK
+from envs.compiled import njit_cached_quick
 from envs.grid import node_axes, node_counts, node_positions
 from envs.problem import Array
 from envs.seeding import stream
@@ -214,13 +213,11 @@ class ModeArrays(NamedTuple):
         return ModeArrays(row, free, values, np.zeros(3), np.ones(3))
 
 
-_jit = numba.njit(cache=True, fastmath=QUICK)
-
 _HARDLY = 1e-6
 """The weight of a node that is not free; one that cannot be seen has ten times that."""
 
 
-@_jit
+@njit_cached_quick
 def modes_at(modes: Any, field: Any, x: Any, values: Any) -> None:
     """Writes the modes (m,) at (3,): quadratic splines, weighted by how well nodes are seen."""
     base = np.empty(3, dtype=np.int64)
@@ -254,7 +251,7 @@ def modes_at(modes: Any, field: Any, x: Any, values: Any) -> None:
         values[m] /= total
 
 
-@_jit
+@njit_cached_quick
 def _seen(modes: Any, field: Any, x: Any, i: int, j: int, k: int) -> float:
     """From 0, where a wall is between (3,) and a node, to 1."""
     dx = modes.lower[0] + i * modes.spacing[0] - x[0]
@@ -275,7 +272,7 @@ def modes_of(modes: ModeArrays, field: ClearanceField, x: Array) -> Array:
     return values
 
 
-@_jit
+@njit_cached_quick
 def _all_modes(modes: Any, field: Any, x: Any, values: Any) -> None:
     for n in range(len(x)):
         modes_at(modes, field, x[n], values[n])

@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.compiled import QUICK
+from envs.compiled import njit_cached_quick
 from planners.fields.clearance_field import ClearanceField
 from planners.fields.dispatch import inputs_at
 from planners.fields.laplacian_eigenmaps import ModeArrays
@@ -47,10 +46,7 @@ class Network(NamedTuple):
     field: ClearanceField | ArmClearanceField
 
 
-_jit = numba.njit(cache=True, fastmath=QUICK)
-
-
-@_jit
+@njit_cached_quick
 def _sine(rows: Any, bias: Any, per_end: int) -> None:
     """In place: sine of each end's row of values, and the chain rule on its Jacobian's rows."""
     for end in range(2):
@@ -63,7 +59,7 @@ def _sine(rows: Any, bias: Any, per_end: int) -> None:
                 rows[at + k, j] *= slope
 
 
-@_jit
+@njit_cached_quick
 def _inputs(ends: Any, net: Any, rows: Any) -> None:
     """Inputs of both ends and their Jacobians, see `CSpaceEncoder`."""
     d = ends.shape[1]
@@ -94,7 +90,7 @@ def _inputs(ends: Any, net: Any, rows: Any) -> None:
             rows[at : at + 1 + d, direct:] = more
 
 
-@_jit
+@njit_cached_quick
 def _squareplus(z: Any, slope: Any) -> None:
     """In place, with the slope."""
     for j in range(len(z)):
@@ -103,7 +99,7 @@ def _squareplus(z: Any, slope: Any) -> None:
         z[j] = (z[j] + root) / 2
 
 
-@_jit
+@njit_cached_quick
 def pair(ends: Any, gradients: Any, net: Any) -> float:
     """Stretch; its gradients at both ends are written to `gradients` (2, d)."""
     d = ends.shape[1]
@@ -161,7 +157,7 @@ def pair(ends: Any, gradients: Any, net: Any) -> float:
     return stretch
 
 
-@_jit
+@njit_cached_quick
 def _resistance(ends: Any, modes: Any, gradients: Any) -> float:
     """What modes (2 + 2d, m) add to the stretch, see `networks.TimeField`; and to its gradients."""
     d, count = ends.shape[1], modes.shape[1]

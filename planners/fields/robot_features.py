@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
 from envs.collision.gjk import at
 from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest, normal_at
-from envs.compiled import QUICK
+from envs.compiled import njit_cached_quick
 from envs.problem import Array
 from envs.robots.arm import RobotArrays
 from envs.robots.arm_clearance import part_clearances
@@ -87,10 +86,7 @@ def size_of_inputs(dimension: int) -> int:
     return (2 + 3 + PER_CLEARANCE) * dimension
 
 
-_jit = numba.njit(cache=True, nogil=True, fastmath=QUICK)
-
-
-@_jit
+@njit_cached_quick
 def arm_inputs(field: Any, x: Any, rows: Any) -> None:
     """Writes the inputs at (d,), and their derivatives along each axis, (1 + d, size)."""
     d = len(x)
@@ -129,7 +125,7 @@ def arm_inputs(field: Any, x: Any, rows: Any) -> None:
             write_feature_slopes(clearance, root, bounded, slope, scale, rows, at_clearance)
 
 
-@_jit
+@njit_cached_quick
 def joint_axes(arm: Any, bodies: Any, axes: Any, origins: Any) -> None:
     """Writes the axes (d, 3) of the joints and a point (d, 3) of each, from the bodies' poses."""
     for i in range(len(axes)):
@@ -139,7 +135,7 @@ def joint_axes(arm: Any, bodies: Any, axes: Any, origins: Any) -> None:
             origins[i, k] = pose[k, 3]
 
 
-@_jit
+@njit_cached_quick
 def _moved_along(
     arm: Any, axes: Any, origins: Any, body: int, point: Any, normal: Any, slope: Any
 ) -> None:
@@ -158,7 +154,7 @@ def _moved_along(
         )
 
 
-@_jit
+@njit_cached_quick
 def _tip(arm: Any, body: int) -> Any:
     """Where, in a body's frame (3,), the next joint is, or the middle of the last part."""
     if body < len(arm.chain.origins):
@@ -166,7 +162,7 @@ def _tip(arm: Any, body: int) -> Any:
     return arm.middles[arm.moving - 1].copy()
 
 
-@_jit
+@njit_cached_quick
 def _nearest_ball(field: Any, bodies: Any, body: int, center: Any) -> tuple[float, int]:
     """The distance of a body's spheres from obstacles, and the number of the obstacle. The centre
     (3,) of the nearest sphere is written."""
@@ -186,7 +182,7 @@ def _nearest_ball(field: Any, bodies: Any, body: int, center: Any) -> tuple[floa
     return least, which
 
 
-@_jit
+@njit_cached_quick
 def arm_clearance_at(field: Any, x: Any) -> float:
     """The clearance at (d,), by d_max."""
     parts = np.empty(field.arm.moving)
@@ -195,7 +191,7 @@ def arm_clearance_at(field: Any, x: Any) -> float:
     return clearance
 
 
-@_jit
+@njit_cached_quick
 def arm_outward(field: Any, x: Any, missing: float, step: Any) -> None:
     """Writes a step (d,) from (d,) along the gradient of the clearance from obstacles, by which
     that grows by about `missing`; no longer than `_LONGEST_PUSH`."""
@@ -226,7 +222,7 @@ _LONGEST_PUSH = 0.02
 """In the networks' space."""
 
 
-@_jit
+@njit_cached_quick
 def _all_inputs(field: Any, x: Any, rows: Any) -> None:
     for n in range(len(x)):
         arm_inputs(field, x[n], rows[n])

@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
-from envs.compiled import QUICK
+from envs.compiled import njit_cached_quick
 from envs.problem import Array
 from envs.seeding import stream
 from envs.speed_model import speed_at
@@ -139,10 +138,7 @@ def _single(weights: Any) -> Single:
     return np.ascontiguousarray(weights.detach().cpu().numpy(), dtype=np.float32)
 
 
-_jit = numba.njit(cache=True, fastmath=QUICK)
-
-
-@_jit
+@njit_cached_quick
 def _descend(
     ends: Any, moves: Any, lower: Any, upper: Any, there: Any, how: Any, network: Any
 ) -> int:
@@ -188,7 +184,7 @@ def _descend(
     return -1
 
 
-@_jit
+@njit_cached_quick
 def _without_loops(path: Any, near: float) -> Any:
     """The places (m,) on a path (k, d) that are left without its loops: where it comes back to
     within `near` of a place after a way of more than six times that, what lies between goes."""
@@ -209,7 +205,7 @@ def _without_loops(path: Any, near: float) -> Any:
     return np.array(kept)
 
 
-@_jit
+@njit_cached_quick
 def _joined(ends: Any, field: Any) -> bool:
     """Whether nothing is in the way between two ends (2, d)."""
     for s in range(9):
@@ -218,7 +214,7 @@ def _joined(ends: Any, field: Any) -> bool:
     return True
 
 
-@_jit
+@njit_cached_quick
 def _push_out(x: Any, margin: float, field: Any) -> None:
     """Moves (d,) uphill until its clearance is about `margin`, as far as three steps allow."""
     step = np.empty(len(x))
@@ -231,7 +227,7 @@ def _push_out(x: Any, margin: float, field: Any) -> None:
             x[k] += step[k]
 
 
-@_jit
+@njit_cached_quick
 def _escape(ends: Any, places: Any, network: Any) -> bool:
     """Moves one of two ends (2, 3) that are stuck to the best of the places about them, see
     `Descent`; whether there is one."""
@@ -258,7 +254,7 @@ def _escape(ends: Any, places: Any, network: Any) -> bool:
     return best < 1e6
 
 
-@_jit
+@njit_cached_quick
 def _arrival(ends: Any, gradients: Any, network: Any) -> float:
     """T between two ends (2, d)."""
     distance = math.sqrt(((ends[0] - ends[1]) ** 2).sum())
