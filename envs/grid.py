@@ -70,7 +70,8 @@ class RegularGrid(NamedTuple):
         """The values (n,) of the nodes nearest to places (n, d)."""
         numbers = tuple(self.nearest(q).T)
         places = np.ravel_multi_index(numbers, self.values.shape, mode="clip")
-        return self.values.reshape(-1)[places]
+        found: NDArray[Any] = self.values.reshape(-1)[places]
+        return found
 
     def interpolate(self, q: Array) -> Array:
         """Values (n,) at places (n, d), multilinearly between the nodes."""
