@@ -62,9 +62,9 @@ class OmplPlanner(Planner):
         roadmap_s: at most so many seconds of growing a roadmap offline, no more than a day. PRM*
             keeps it, and lets it grow, from problem to problem; LazyPRM*, whose later edges are
             unchecked, begins each problem with it as it was. 0 plans every problem from nothing.
-            By default see `PAPERS`.
+            By default 40 for LazyPRM* among meshes, as the paper has it in Gibson, else 0.
         parameters: of the OMPL planner, by OMPL's names ("range", "goal_bias", ...), see
-            `ompl_parameters.set_parameters`.
+            `parameters.set_parameters`.
 
     Raises:
         InputError: a parameter is unknown to the algorithm, or its value is refused.
