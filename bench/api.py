@@ -38,7 +38,7 @@ class Run:
     In a notebook it shows itself as the tables that `bench run` prints.
 
     Attributes:
-        results (`RunResults`): what all reports are made of.
+        results: `RunResults`, what all reports are made of.
     """
 
     def __init__(self, results: RunResults) -> None:
@@ -46,7 +46,7 @@ class Run:
 
     @property
     def folder(self) -> Path:
-        """Where it is stored: the folder that `bench report`, `compare` and `check` take."""
+        """The folder that it is stored in, which `bench report`, `compare` and `check` take."""
         return self.results.folders[0]
 
     @property
@@ -66,13 +66,13 @@ class Run:
 
     @cached_property
     def summary(self) -> pd.DataFrame:
-        """A row for each environment and planner: the columns of `summary.csv`; see
+        """A row for each environment and planner, with the columns of `summary.csv`; see
         `bench.analysis.summary.summarise`."""
         return self.results.summary
 
     @cached_property
     def paths(self) -> pd.DataFrame:
-        """A row for each attempt that gave a path: `env`, `planner`, `problem`, `outcome`, and
+        """A row for each attempt that gave a path, with `env`, `planner`, `problem`, `outcome` and
         `path`, waypoints as a float64 array (k, d) in the environment's unit."""
         given = self.results.records.dropna(subset="path")
         chosen = given[["env", "planner", "problem", "outcome"]].reset_index(drop=True)

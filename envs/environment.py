@@ -36,14 +36,15 @@ class Environment(ABC):
     `definition`; the rest has defaults. Configurations are float64 (n, d).
 
     Attributes:
-        lower, upper (float64 (d,)): bounds of the configurations, in the environment's unit: of
+        lower: float64 (d,), the lower bounds of the configurations, in the environment's unit: of
             point robots the paper's (a cube of side 20), of arms radians.
-        min_clearance (float): least clearance of a problem's start and goal, in workspace units (of
+        upper: float64 (d,), the upper bounds.
+        min_clearance: float, least clearance of a problem's start and goal, in workspace units (of
             arms metres).
-        robot (`envs.collision.shapes.Robot`): the moving body.
-        obstacles (sequence of `Obstacle`): shapes in the workspace frame, which do not move.
-        speed_model (`SpeedModel`): equation 3 with this environment's constants.
-        units (mapping of str): what tables call the units of "configuration"s and of lengths in the
+        robot: `envs.collision.shapes.Robot`, the moving body.
+        obstacles: sequence of `Obstacle`, shapes in the workspace frame, which do not move.
+        speed_model: `SpeedModel`, equation 3 with this environment's constants.
+        units: mapping of str, what tables call the units of a "configuration" and of lengths in the
             "workspace".
 
     Example:
@@ -91,14 +92,14 @@ class Environment(ABC):
 
     @property
     def planning_tolerance(self) -> float:
-        """For planners, in workspace units: motions found free at this one have more than the
-        judge's tolerance everywhere, so that it refuses none of them. At the judge's own, half of
-        that would be accepted."""
+        """The tolerance for planners, in workspace units. Motions found free at this one have more
+        than the judge's tolerance everywhere, so that it refuses none of them. At the judge's own,
+        half of that would be accepted."""
         return 2 * self.tolerance
 
     @property
     def free_bounds(self) -> tuple[Array, Array]:
-        """Corners (d,) of a box within the bounds that holds all of free space: by default the
+        """Corners (d,) of a box within the bounds that holds all of free space, by default the
         bounds themselves. Samplers need not look elsewhere."""
         return self.lower, self.upper
 
@@ -174,8 +175,8 @@ class Environment(ABC):
 
     @property
     def allowed(self) -> Allowed | None:
-        """Where configurations may be, besides being in contact with nothing: for obstacles that
-        are surfaces. See `CollisionModel`."""
+        """Where configurations may be that are in contact with nothing, for obstacles that are
+        surfaces. See `CollisionModel`."""
         return None
 
     @property

@@ -34,8 +34,8 @@ REACHED_NOTE = (
     "takes for ever (a dash: most were not), and the share that was."
 )
 
-BLOCKED_SUCCESS, BLOCKED_LENGTH = "blocked: success %", "blocked: length"
-"""Titles of what is of the problems alone whose straight line is blocked."""
+BLOCKED_SUCCESS = "blocked: success %"
+"""The title of success on the problems alone whose straight line is blocked."""
 
 WORDS = ("held to",)
 """Columns of words, besides names and outcomes."""
@@ -72,7 +72,7 @@ def success_rows(run: RunResults) -> list[dict[str, str]]:
             "problems": f"{row['problems']}",
             "success %": success(row),
             **{run.heading(m): _moments(row, m, run.spread) for m in _primary(run)},
-            **(_blocked(row) if known else {}),
+            **(_blocked(row, run) if known else {}),
             "offline s": number(row["offline_s"], 2),
             "outcomes": counted(outcomes(row)) + because(row),
         }
@@ -105,7 +105,8 @@ def further_rows(run: RunResults) -> list[dict[str, str]]:
 
 def metric_columns(run: RunResults) -> dict[str, str]:
     """Of each metric's title in tables the column of the summary with its mean."""
-    return {run.heading(metric): f"{metric.name}_mean" for metric in run.metrics}
+    means = {run.heading(metric): f"{metric.name}_mean" for metric in run.metrics}
+    return means | {blocked_length(run): "blocked_length_mean"}
 
 
 def _primary(run: RunResults) -> list[Metric]:
@@ -137,12 +138,18 @@ def _reached(row: dict[Any, Any], level: str) -> str:
     return f"{seconds} ({100 * share:.0f} %)"
 
 
-def _blocked(row: dict[Any, Any]) -> dict[str, str]:
+def blocked_length(run: RunResults) -> str:
+    """The title of the length there."""
+    [length] = [metric for metric in run.metrics if metric.name == "length"]
+    return f"blocked: {run.heading(length)}"
+
+
+def _blocked(row: dict[Any, Any], run: RunResults) -> dict[str, str]:
     """What a planner did where the straight line is blocked."""
     rate = row["blocked_success_rate"]
     return {
         BLOCKED_SUCCESS: NONE if pd.isna(rate) else _percent(rate),
-        BLOCKED_LENGTH: number(row["blocked_length_mean"], 2),
+        blocked_length(run): number(row["blocked_length_mean"], 2),
     }
 
 

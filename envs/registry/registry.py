@@ -38,7 +38,7 @@ class Entry(Generic[T]):
 
     @property
     def id(self) -> str:
-        """The canonical id: with the arguments that differ from their defaults, sorted."""
+        """The canonical id, with the arguments that differ from their defaults, sorted."""
         if not self.arguments:
             return self.spec.id
         return f"{self.spec.id}:{argument_text(self.arguments)}"

@@ -61,9 +61,10 @@ class OmplPlanner(Planner):
         roadmap_s: at most so many seconds of growing a roadmap offline, no more than a day. PRM*
             keeps it, and lets it grow, from problem to problem; LazyPRM*, whose later edges are
             unchecked, begins each problem with it as it was. 0 plans every problem from nothing.
-            None, the default, for as many as the paper's tables have.
+            None, the default, is 40 for LazyPRM* among meshes, as the paper has it in Gibson, and 0
+            else.
         parameters: of the OMPL planner, by OMPL's names ("range", "goal_bias", ...), see
-            `ompl_parameters.set_parameters`.
+            `parameters.set_parameters`.
 
     Raises:
         InputError: a parameter is unknown to the algorithm, or its value is refused.

@@ -116,7 +116,6 @@ _SORTED_BY = {
     "training s": "train_s",
     "offline s": "offline_s",
     formatting.BLOCKED_SUCCESS: "blocked_success_rate",
-    formatting.BLOCKED_LENGTH: "blocked_length_mean",
     **{title: f"time_s_to_{level}" for level, title in formatting.REACHED.items()},
 }
 """Titles of columns with numbers, besides those of metrics, to the summary's columns."""
