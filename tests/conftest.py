@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-import faulty_planners
 import pandas as pd
+import planners_that_fail
 import psutil
 import pytest
 
@@ -92,10 +92,10 @@ def refused(bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refu
 @pytest.fixture
 def faulty() -> Iterator[list[str]]:
     """The names of planners written to misbehave, registered for the length of a test."""
-    for spec in faulty_planners.SPECS:
+    for spec in planners_that_fail.SPECS:
         planners.REGISTRY.register(spec)
-    yield [spec.id for spec in faulty_planners.SPECS]
-    for spec in faulty_planners.SPECS:
+    yield [spec.id for spec in planners_that_fail.SPECS]
+    for spec in planners_that_fail.SPECS:
         planners.REGISTRY.unregister(spec.id)
 
 

@@ -21,7 +21,7 @@ from bench.storage.record import Record
 
 pytestmark = pytest.mark.minutes
 
-NASTY = Path(__file__).parents[1] / "nasty_planner.py"
+NASTY = Path(__file__).parents[1] / "planners_that_fail.py"
 GOOD = ["rrtconnect", "rrtconnect:range=2"]
 SAME = ["planner", "problem", "status", "verdict", "outcome", "length", "path"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import faulty_planners
+import planners_that_fail
 import psutil
 import pytest
 
@@ -55,7 +55,7 @@ def test_what_it_leaves_behind_is_killed_off_the_clock(c3d: Environment, faulty:
     assert attempt.status == Fault.CRASH.value
     assert attempt.solve_s is not None
     assert attempt.solve_s < 1.5, "its child was given 2 s to end"
-    assert not faulty_planners.children_left()
+    assert not planners_that_fail.children_left()
 
 
 def test_one_that_leaves_no_memory_at_all_is_told_apart_from_a_crash(
