@@ -32,6 +32,7 @@ def changing() -> Iterator[None]:
     planners.REGISTRY.unregister(GOOD.id)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("changing")
 def test_a_weakened_planner_fails_and_the_same_again_does_not(bench: Cli, tmp_path: Path) -> None:
     baseline = tmp_path / "baseline.csv"

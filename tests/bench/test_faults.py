@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import planners_that_fail
 import psutil
+import pytest
 from conftest import Cli, records_of
 
 import envs
@@ -17,6 +18,7 @@ from envs import Spec
 PROBLEMS = 2
 
 
+@pytest.mark.slow(minutes=1)
 def test_every_fault_has_its_own_outcome(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
     reference = "fmm:resolution=30"
     code, out, err = bench(
@@ -37,6 +39,7 @@ def test_every_fault_has_its_own_outcome(bench: Cli, faulty: list[str], tmp_path
     assert not planners_that_fail.children_left()
 
 
+@pytest.mark.slow
 def test_errors_tell_what_happened(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
     names = "raises,segfault,hangs,raises-in-setup,unsupporting,out-of-bounds"
     bench(

@@ -56,6 +56,7 @@ class Sparse(Cluttered3D):
 """
 
 
+@pytest.mark.slow
 def test_an_installed_planner_plans_in_an_installed_world(
     bench: Cli, install: Install, tmp_path: Path
 ) -> None:

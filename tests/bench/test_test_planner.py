@@ -125,6 +125,7 @@ def test_one_without_a_fault_and_one_that_declares_its_chance_fail_none(name: st
     assert failed(name) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "check", "said"),
     [
@@ -145,6 +146,7 @@ def test_it_survives_planners_that_hang_or_die(
     assert "why it matters" in lines[number + 1]
 
 
+@pytest.mark.slow
 def test_a_good_planner_passes_in_real_processes(bench: Cli) -> None:
     code, out, err = bench("test-planner", "rrtconnect:range=3", "--time-limit", LIMIT_S)
     assert code == 0, out + err

@@ -48,6 +48,7 @@ def test_one_that_hangs_is_gone_at_once(
     assert not new_children()
 
 
+@pytest.mark.slow
 def test_what_it_leaves_behind_is_killed_off_the_clock(c3d: Environment, faulty: list[str]) -> None:
     asked = worker(c3d, "leaves-stubborn-child")
     assert not asked.set_up(1, 60).fault
@@ -97,6 +98,7 @@ def test_one_that_never_solved_anything_ends_too(
     assert not new_children()
 
 
+@pytest.mark.slow
 def test_threads_are_pinned_to_one(c3d: Environment, faulty: list[str]) -> None:
     asked = worker(c3d, "tells-threads")
     assert not asked.set_up(1, 60).fault

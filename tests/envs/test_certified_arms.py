@@ -73,6 +73,7 @@ def free_by_spheres(env: Environment, motions: Array) -> NDArray[np.bool_]:
     return np.array(free)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "n"),
     [("arm6", 10_000), ("arm4", 1000), ("arm5:scene=2", 500), ("arm4:self_collision=true", 800)],
