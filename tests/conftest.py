@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import compile_ahead
 import pandas as pd
 import planners_that_fail
 import psutil
@@ -17,6 +18,8 @@ import planners
 from bench import cli
 from bench.analysis.run_results import RunResults
 from envs import Environment
+from envs.free_space import GridComponents
+from envs.scenes.point_world import PointWorld
 from planners.learning import resumable_map
 
 Cli = Callable[..., tuple[int, str, str]]
@@ -29,8 +32,28 @@ def pytest_configure() -> None:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Before a run of all tests on several cores, whose processes begin after this."""
+    config = session.config
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    if not whole or not config.getoption("numprocesses", None):
+        return
+    parts = compile_ahead.QUICK if "not" in config.option.markexpr else compile_ahead.ALL
+    compiled = {"of": compile_ahead.state(), "parts": sorted(parts)}
+    if config.cache.get("plannerbench/compiled", None) != compiled:
+        compile_ahead.compile_all(parts)
+        config.cache.set("plannerbench/compiled", compiled)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    items.sort(key=lambda item: item.get_closest_marker("minutes") is None)
+    """The longest first."""
+    items.sort(key=minutes_of, reverse=True)
+
+
+def minutes_of(item: pytest.Item) -> float:
+    """What its file takes, if its mark says so."""
+    marks = [mark for name in ("slow", "training") for mark in item.iter_markers(name)]
+    return max((mark.kwargs.get("minutes", 0.0) for mark in marks), default=0.0)
 
 
 def has_data(name: str) -> bool:
@@ -42,6 +65,26 @@ def has_data(name: str) -> bool:
 def records_of(folder: Path) -> pd.DataFrame:
     """What a folder's latest run is about, a row an attempt."""
     return RunResults.read(folder).records
+
+
+@pytest.fixture(scope="session", autouse=True)
+def free_space_is_explored_once() -> Iterator[None]:
+    """What proves problems solvable is computed once for each world in a process, however often
+    the world is made: it takes longer than the rest of a short run."""
+    explored: dict[tuple[type, str], GridComponents] = {}
+    explore = vars(PointWorld)["_components"].func
+
+    def components(world: PointWorld) -> GridComponents:
+        key = type(world), world.fingerprint
+        if key not in explored:
+            explored[key] = explore(world)
+            while len(explored) > 4:  # 8 MB each
+                del explored[next(iter(explored))]
+        return explored[key]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(PointWorld, "_components", property(components))
+        yield
 
 
 @pytest.fixture(scope="session")

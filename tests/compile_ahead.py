@@ -1,0 +1,84 @@
+"""Compiles what tests need, once and before they begin.
+
+Processes share by files what Numba has compiled, but compile the same at the same time where there
+is nothing yet: on a fresh checkout that took every test process, and every worker that tests start,
+up to a minute. `compile_all` does it in two processes, whose parts have little in common.
+"""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numba
+import numpy as np
+import trimesh
+
+import envs
+import planners
+from envs import Problem
+
+PARTS: tuple[dict[str, Callable[[], None]], ...]
+"""For each process what it compiles, by name; see the end of the file."""
+
+
+def compile_all(names: set[str]) -> None:
+    """Compiles some of the parts, in a process for each entry of `PARTS` that has any."""
+    wanted = [[name for name in parts if name in names] for parts in PARTS]
+    started = [subprocess.Popen([sys.executable, __file__, *some]) for some in wanted if some]
+    for process in started:
+        process.wait()  # if it fails, so will tests, which say why
+
+
+def state() -> str:
+    """What compiled code depends on, as text: versions, and when the sources were last changed."""
+    packages = [Path(module.__file__ or "").parent for module in (envs, planners)]
+    files = sorted(file for package in packages for file in package.rglob("*.py"))
+    changed = [f"{file} {file.stat().st_mtime_ns}" for file in files]
+    return "\n".join([platform.python_version(), numba.__version__, *changed])
+
+
+def _meshes() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "ball.ply"
+        trimesh.creation.icosphere(subdivisions=1).export(file)
+        world = envs.make(f"mesh:file={file}")
+    world.collision_model().segment_is_free(world.upper, 0.9 * world.upper)
+
+
+def _arms() -> None:
+    world = envs.make("arm4")
+    [problem] = world.sample_problems(1, 0)
+    world.collision_model().segment_is_free(problem.start, problem.goal)
+
+
+def _field_in(env: str) -> Callable[[], None]:
+    def set_up() -> None:
+        world = envs.make(env)
+        planner = planners.make("ntfields")
+        planner.setup(world, seed=0)
+        middle = (world.lower + world.upper) / 2
+        planner.solve(Problem(middle, middle + 0.1), planners.Budget(np.inf))
+
+    return set_up
+
+
+PARTS = (
+    {"meshes": _meshes, "arms": _arms, "fields of arms": _field_in("arm4")},
+    {"fields": _field_in("c3d"), "fields in rooms": _field_in("gibson-generated")},
+)
+
+QUICK = {"meshes", "arms", "fields"}
+"""What tests need that are not slow."""
+
+ALL = {name for parts in PARTS for name in parts}
+
+if __name__ == "__main__":
+    for parts in PARTS:
+        for name, compile_part in parts.items():
+            if name in sys.argv[1:]:
+                compile_part()
