@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import compile_ahead
+import imported_modules
 import pandas as pd
 import planners_that_fail
 import psutil
@@ -22,6 +23,12 @@ from envs.free_space import GridComponents
 from envs.scenes.point_world import PointWorld
 from planners.learning import resumable_map
 
+IMPORTED: pytest.StashKey[set[str]] = pytest.StashKey()
+"""By all processes of a run."""
+
+MISSED: pytest.StashKey[list[str]] = pytest.StashKey()
+"""Modules that none of them has imported."""
+
 Cli = Callable[..., tuple[int, str, str]]
 Refused = Callable[..., str]
 
@@ -35,14 +42,47 @@ def pytest_configure() -> None:
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Before a run of all tests on several cores, whose processes begin after this."""
     config = session.config
-    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
-    if not whole or not config.getoption("numprocesses", None):
+    if not is_whole(config) or not config.getoption("numprocesses", None):
         return
-    parts = compile_ahead.QUICK if "not" in config.option.markexpr else compile_ahead.ALL
+    parts = compile_ahead.ALL if asks_for_slow(config) else compile_ahead.QUICK
     compiled = {"of": compile_ahead.state(), "parts": sorted(parts)}
     if config.cache.get("plannerbench/compiled", None) != compiled:
         compile_ahead.compile_all(parts)
         config.cache.set("plannerbench/compiled", compiled)
+
+
+def is_whole(config: pytest.Config) -> bool:
+    """Whether nobody has chosen some of the tests, but by their marks."""
+    from_settings = config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    return from_settings and not config.option.keyword and not config.getoption("lf", False)
+
+
+def asks_for_slow(config: pytest.Config) -> bool:
+    return "not" not in config.option.markexpr
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fast tests import every module, or the run has failed."""
+    config = session.config
+    if hasattr(config, "workeroutput"):  # a process of a run on several cores
+        config.workeroutput["imported"] = sorted(imported_modules.imported())
+        return
+    config.stash.setdefault(IMPORTED, set()).update(imported_modules.imported())
+    if is_whole(config) and not asks_for_slow(config) and session.exitstatus == pytest.ExitCode.OK:
+        config.stash[MISSED] = imported_modules.never(config.stash[IMPORTED])
+        if config.stash[MISSED]:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    told = getattr(node, "workeroutput", {}).get("imported", ())
+    node.config.stash.setdefault(IMPORTED, set()).update(told)
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    for name in config.stash.get(MISSED, ()):
+        terminalreporter.write_line(f"FAILED no fast test imports {name}")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

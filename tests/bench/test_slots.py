@@ -61,6 +61,7 @@ def test_the_cores_are_those_that_this_process_may_use() -> None:
     assert sorted(cpu for core in cores for cpu in core) == processors.usable_cpus()
 
 
+@pytest.mark.slow
 def test_judges_do_not_wait_for_each_other(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

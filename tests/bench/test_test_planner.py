@@ -161,6 +161,7 @@ def test_a_learned_planner_is_not_put_into_a_world_it_has_no_weights_for() -> No
     assert Outcome.FAILED not in {finding.outcome for finding in conformance.findings(evidence)}
 
 
+@pytest.mark.slow
 def test_one_that_does_not_plan_there_is_told_apart_from_one_that_passes(bench: Cli) -> None:
     code, out, err = bench("test-planner", f"{FILE}:Unsupporting", "--time-limit", LIMIT_S)
     assert code == 2

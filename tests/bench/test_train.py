@@ -119,6 +119,7 @@ def test_the_same_seed_gives_the_same_weights(bench: Cli, tmp_path: Path) -> Non
     assert a != c
 
 
+@pytest.mark.training
 def test_minutes_bound_the_training(bench: Cli, tmp_path: Path) -> None:
     code, out, _ = bench(*train_it("--minutes", 0.02))
     assert code == 0

@@ -102,6 +102,7 @@ def test_weights_of_a_family_are_those_of_each_of_its_scenes(
         assert numbers(tmp_path) == [number, number]
 
 
+@pytest.mark.slow
 def test_what_is_trained_on_the_spot_is_what_is_measured(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -149,6 +150,7 @@ def test_a_planner_that_asks_another_has_its_weights_too(c3d: Environment) -> No
     assert planners.make("fmm").weights_digest(c3d) == ""
 
 
+@pytest.mark.slow
 def test_replaying_says_that_the_weights_are_others(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -69,6 +69,7 @@ def test_one_that_leaves_no_memory_at_all_is_told_apart_from_a_crash(
     assert not asked.alive
 
 
+@pytest.mark.slow
 def test_a_group_is_ended_before_its_number_is_free(
     c3d: Environment, faulty: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

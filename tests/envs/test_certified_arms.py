@@ -100,6 +100,7 @@ class Slowed(Arm):
         return whole._replace(reach=whole.reach / 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("free_by", "n"), [(free_by_fcl, 1500), (free_by_spheres, 6000)])
 def test_bounds_half_as_great_would_be_found_out(
     free_by: Callable[[Environment, Array], NDArray[np.bool_]], n: int

@@ -186,6 +186,7 @@ def _segments(env: envs.Environment, n: int) -> list[tuple[np.ndarray, np.ndarra
     return [(a, b) for a, b in np.concatenate([wide, near])]
 
 
+@pytest.mark.slow
 def test_both_checks_agree() -> None:
     env = envs.make("c3d:robot_radius=0.3")
     model = env.collision_model()

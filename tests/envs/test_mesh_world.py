@@ -82,6 +82,7 @@ def test_a_shell_is_free_on_both_sides(ball: str) -> None:
     assert not world.collision_model().segment_is_free(q[0], q[2])
 
 
+@pytest.mark.slow
 def test_a_mesh_with_holes_is_a_shell_unless_told_otherwise(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -98,6 +98,7 @@ def test_the_field_is_symmetric_with_the_right_gradients(world: ArmWorld, net: T
     assert float(error.quantile(0.95)) < 1e-4
 
 
+@pytest.mark.slow
 def test_pushes_lead_out_of_obstacles(world: ArmWorld) -> None:
     about = ArmInputs(world).view
     step = np.empty(world.dimension)
