@@ -7,13 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bench.api import Run, judge, load, run
+    from bench.judging.metric import Metric, SolvedAttempt
 
-__all__ = ["Run", "judge", "load", "run"]
+_MODULES = {
+    **dict.fromkeys(("Run", "judge", "load", "run"), "bench.api"),
+    **dict.fromkeys(("Metric", "SolvedAttempt"), "bench.judging.metric"),
+}
+
+__all__ = ["Metric", "Run", "SolvedAttempt", "judge", "load", "run"]
 
 
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     # Only now: the command line imports this package too, and must come at once.
-    globals()[name] = getattr(import_module("bench.api"), name)
+    globals()[name] = getattr(import_module(_MODULES[name]), name)
     return globals()[name]

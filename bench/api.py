@@ -13,9 +13,12 @@ from bench.analysis.run_results import RunResults
 from bench.execution import runner
 from bench.execution.config import CPU, RunConfig, make_run_config
 from bench.execution.launch import COMMAND
+from bench.execution.measurement import judged_path
 from bench.execution.planner_host import hosting
 from bench.execution.stop_rule import PAPER
+from bench.judging import user_metrics
 from bench.judging.judge import Judge, Judgement
+from bench.judging.metric import Metric
 from bench.report import markdown, writers
 from bench.storage.record import decode_path
 from bench.storage.store import Store, locked
@@ -35,7 +38,7 @@ class Run:
     In a notebook it shows itself as the tables that `bench run` prints.
 
     Attributes:
-        results (`RunResults`): what all reports are made of.
+        results: `RunResults`, what all reports are made of.
     """
 
     def __init__(self, results: RunResults) -> None:
@@ -43,28 +46,33 @@ class Run:
 
     @property
     def folder(self) -> Path:
-        """Where it is stored: the folder that `bench report`, `compare` and `check` take."""
+        """The folder that it is stored in, which `bench report`, `compare` and `check` take."""
         return self.results.folders[0]
+
+    @property
+    def metrics(self) -> tuple[Metric, ...]:
+        """What verified solutions are measured by, in the order of the tables."""
+        return self.results.metrics
 
     @cached_property
     def attempts(self) -> pd.DataFrame:
         """A row for each attempt, whatever became of it, with the columns of
-        `bench.storage.record.Record` but for the path: among others `env`, `planner`, `problem`
-        (its index), `outcome` ("VALID" is a verified success within the time limit), `solve_s`
-        (planning time in seconds), `length` (in the environment's unit), `safety_margin` (in
-        workspace units) and `error`."""
-        attempts: pd.DataFrame = self.results.records.drop(columns="path")
+        `bench.storage.record.Record` but for the path, and one for each metric: among others `env`,
+        `planner`, `problem` (its index), `outcome` ("VALID" is a verified success within the time
+        limit), `solve_s` (planning time in seconds), `length` (in the environment's unit),
+        `safety_margin` (in workspace units) and `error`."""
+        attempts: pd.DataFrame = self.results.records.drop(columns=["path", "metrics"])
         return attempts
 
     @cached_property
     def summary(self) -> pd.DataFrame:
-        """A row for each environment and planner: the columns of `summary.csv`; see
+        """A row for each environment and planner, with the columns of `summary.csv`; see
         `bench.analysis.summary.summarise`."""
         return self.results.summary
 
     @cached_property
     def paths(self) -> pd.DataFrame:
-        """A row for each attempt that gave a path: `env`, `planner`, `problem`, `outcome`, and
+        """A row for each attempt that gave a path, with `env`, `planner`, `problem`, `outcome` and
         `path`, waypoints as a float64 array (k, d) in the environment's unit."""
         given = self.results.records.dropna(subset="path")
         chosen = given[["env", "planner", "problem", "outcome"]].reset_index(drop=True)
@@ -106,12 +114,34 @@ class Run:
 
         return plots.success(self.results, env, ax)
 
+    def plot_anytime(
+        self, env: str | None = None, problem: int | None = None, ax: Axes | None = None
+    ) -> Axes:
+        """Draws the best length over planning time of planners that go on improving: the median
+        over problems, of several attempts at a problem (`repeats`) that of their medians, with its
+        95 % interval, which assumes no distribution. What is not solved counts as infinitely long.
+        A dot stands where half of the attempts had their first solution.
+
+        Args:
+            env, ax: as in `plot_success`.
+            problem: the index of one problem, whose attempts alone are drawn then.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: there is no such problem, or see `plot_success`.
+        """
+        from bench.report import plots
+
+        return plots.costs(self.results, env, problem, ax)
+
     def plot_metric(self, metric: str, env: str | None = None, ax: Axes | None = None) -> Axes:
         """Draws how a number is distributed over each planner's verified successes: a box from the
         first to the third quartile with the median, and whiskers out to 1.5 times that.
 
         Args:
-            metric: "solve_s", "length", "safety_margin", "travel_time" or "smoothness".
+            metric: its name, as "time_s", "length" or "safety_margin"; `Run.metrics` has all.
             env, ax: as in `plot_success`.
 
         Returns:
@@ -138,12 +168,14 @@ def run(
     planners: Names = "all",
     *,
     problems: int = 50,
+    repeats: int = 1,
     seed: int = 0,
     time_limit: float = 5.0,
     stop: str = PAPER,
     jobs: int = 1,
     memory_limit: int = 4096,
     planner_file: Iterable[str | Path] = (),
+    metric_file: Iterable[str | Path] = (),
     device: str = CPU,
     no_train: bool = False,
     out: str | Path | None = None,
@@ -156,6 +188,7 @@ def run(
         env: environments, as in "c3d,c3d:scene=3,boxes=20" or ["c3d", "arm4"].
         planners: planners or groups of them, as in "fmm,rrtstar:range=2".
         problems: int, how many an environment.
+        repeats: int, how often each planner attempts each of them, with another seed each time.
         seed: int from 0, of problems, planners and their order.
         time_limit: float, seconds a problem.
         stop: when planners that improve their path stop: "first", "limit",
@@ -163,6 +196,7 @@ def run(
         jobs: int, planners at a time, at most as many as there are physical cores.
         memory_limit: int, MB, of each planner's process.
         planner_file: files of Python with planners of your own.
+        metric_file: files of Python with metrics of your own.
         device: of PyTorch, "cpu" or "cuda", for learned planners.
         no_train: bool, whether learned planners without weights are left out instead of trained.
         out: folder to store in (by default results/runs/ENV).
@@ -180,12 +214,18 @@ def run(
         >>> run = bench.run("c3d", "rrtconnect", problems=20, stop="first")  # doctest: +SKIP
         >>> run.summary[["planner", "success_rate"]]  # doctest: +SKIP
     """
-    with COMMAND.begun(), hosting(), user_plugins.registered([Path(file) for file in planner_file]):
+    with (
+        COMMAND.begun(),
+        hosting(),
+        user_plugins.registered([Path(file) for file in planner_file]),
+        user_metrics.registered([Path(file) for file in metric_file]),
+    ):
         COMMAND.check_program()
         config = make_run_config(
             env=_joined(env),
             planner=_joined(planners),
             problems=problems,
+            repeats=repeats,
             seed=seed,
             time_limit_s=time_limit,
             stop=stop,
@@ -203,7 +243,8 @@ def _joined(names: Names) -> str:
 
 
 def load(folder: str | Path) -> Run:
-    """What was last asked for in a folder that `bench run` wrote.
+    """What was last asked for in a folder that `bench run` wrote. Metrics that the run had from a
+    file are there by their names.
 
     Raises:
         InputError: it holds no run.
@@ -220,7 +261,8 @@ def judge(env: str | Environment, problem: Problem, path: Any) -> Judgement:
         path: waypoints (k, d) in the environment's unit, as any array-like, or None.
 
     Returns:
-        `Judgement`: `verdict`, `reason`, `length` and, of a valid path, `safety_margin` and more.
+        `Judgement`: `verdict`, `reason`, `length` and, of a valid path, `safety_margin` and
+        `metrics`, the value of each by name, None of those that need a planner's attempt.
 
     Raises:
         InputError: there is no such environment.
@@ -231,7 +273,8 @@ def judge(env: str | Environment, problem: Problem, path: Any) -> Judgement:
         >>> bench.judge("c3d", problem, [problem.start, problem.goal]).verdict.value
         'COLLISION'
     """
-    return Judge(REGISTRY.make(env) if isinstance(env, str) else env)(problem, path)
+    world = REGISTRY.make(env) if isinstance(env, str) else env
+    return judged_path(Judge(world), problem, path)
 
 
 def carry_out(

@@ -13,13 +13,14 @@ import pandas as pd
 import envs
 import planners
 from bench.analysis.run_results import RunResults
-from bench.execution import weights_manager
-from bench.execution.config import CPU, ProblemSet, RunConfig, on_device
+from bench.execution import measurement, weights_manager
+from bench.execution.config import CPU, ProblemSet, RunConfig, on_device, repeated
 from bench.execution.session import Session
 from bench.execution.stop_rule import StopRule
 from bench.execution.supervised_planner import SupervisedPlanner
 from bench.judging.judge import Judge
-from bench.storage.record import decode_path, encode_path, outcome
+from bench.judging.metrics import REGISTERED
+from bench.storage.record import decode_path, encode_path, known_metrics, outcome
 from envs import Environment, InputError
 from envs.errors import UnknownNameError
 from envs.problem import Array
@@ -27,8 +28,8 @@ from envs.registry import Entry
 from planners import Planner
 from planners.learning.learned_planner import checked_device
 
-_SHOWN = ("outcome", "status", "verdict", "solve_s", "length", "safety_margin", "waypoints")
-"""Columns of the two rows that are printed."""
+_SHOWN = ("outcome", "status", "verdict", "solve_s")
+"""Columns of the two rows that are printed, before the metrics."""
 
 _COMPARED = ("status", "verdict")
 """What must be equal besides the path: times, and with them `LATE`, are the machine's."""
@@ -65,10 +66,12 @@ class Replay:
     @property
     def text(self) -> str:
         """Both rows, and what comes of comparing them."""
+        metrics = [m.name for m in REGISTERED if any(row.get(m.name) for row in self._rows)]
+        shown = [*_SHOWN, *(name for name in metrics if name != "time_s")]  # solve_s is there
         rows = pd.DataFrame(
-            [[row[name] for name in _SHOWN] for row in self._rows],
+            [[row.get(name) for name in shown] for row in self._rows],
             index=["then", "now"],
-            columns=list(_SHOWN),
+            columns=shown,
         )
         told = f"not the same: {self.difference}" if self.difference else "same path"
         reasons = self.notes if self.difference else ()
@@ -77,13 +80,16 @@ class Replay:
         return "\n".join([table, "", told, *failed, *reasons])
 
 
-def replay(folder: Path, planner: str, problem: int, env: str | None = None) -> Replay:
+def replay(
+    folder: Path, planner: str, problem: int, env: str | None = None, repeat: int = 0
+) -> Replay:
     """Makes one attempt of a run again, in a new process, as the run did.
 
     Args:
         folder: that `bench run` wrote.
         planner, env: as on the command line; `env` may be left out where the run has only one.
         problem: its index.
+        repeat: which of the attempts at it, from 0.
 
     Raises:
         InputError: the run has no such attempt, or planner, environment or rules are not those of
@@ -94,11 +100,13 @@ def replay(folder: Path, planner: str, problem: int, env: str | None = None) -> 
     where = _arena_of(selection, env, folder)
     who = _planner_of(selection, planner, folder)
     attempts = run.records[run.records["env_fingerprint"] == where["fingerprint"]]
-    then = _row(attempts[attempts["planner"] == who.id], problem, f"{folder}: {who.id}")
+    attempts = attempts[attempts["repeat"] == repeat]
+    whose = f"{folder}: {who.id}" if repeat == 0 else f"{folder}, repeat {repeat}: {who.id}"
+    then = _row(attempts[attempts["planner"] == who.id], problem, whose)
     problem_set = _made(where, problem, selection["seed"])
     config = _config(selection, problem_set, who, problem)
     stop_cost = config.stop.stop_cost(_reference_length(config.stop, attempts, problem))
-    now = _attempted(config, stop_cost)
+    now = _attempted(config, repeat, stop_cost)
     return Replay(then, now, tuple(_notes(then, now, who)))
 
 
@@ -195,10 +203,11 @@ def _reference_length(stop: StopRule, attempts: pd.DataFrame, problem: int) -> f
     return None if solved.empty else float(solved["length"].iloc[0])
 
 
-def _attempted(config: RunConfig, stop_cost: float) -> Mapping[str, Any]:
+def _attempted(config: RunConfig, repeat: int, stop_cost: float) -> Mapping[str, Any]:
     """The new row."""
     [problem_set], [planner] = config.problem_sets, config.planners
-    [problem] = problem_set.problems
+    [first] = problem_set.problems
+    problem = repeated(first, repeat)
     wanted = on_device(planner, config.device)
     unready = weights_manager.unready(wanted, problem_set.shown, may_train=False)
     supervised = SupervisedPlanner(problem_set, planner, config, Session(), unready)
@@ -206,12 +215,13 @@ def _attempted(config: RunConfig, stop_cost: float) -> Mapping[str, Any]:
         attempt = supervised.attempt(problem, stop_cost)
     finally:
         supervised.stop()
-    judged = Judge(problem_set.env)(problem, attempt.path) if attempt.claims else None
+    judged = measurement.judged(Judge(problem_set.env), problem, attempt)
     verdict = judged.verdict.value if judged else ""
     what = outcome(attempt.status, verdict, attempt.solve_s, config.time_limit_s)
     path = encode_path(attempt.path)
-    known = {"run_id": "replay", "outcome": what, "measured_at": "", "path": path}
-    return asdict(supervised.record(problem, attempt, judged, **known))
+    known = {"run_id": "replay", "repeat": repeat, "outcome": what, "measured_at": "", "path": path}
+    record = asdict(supervised.record(problem, attempt, judged, **known))
+    return record | known_metrics(record["metrics"])
 
 
 def _path_difference(then: Array | None, now: Array | None) -> str:

@@ -9,6 +9,9 @@ from typing import Any, TypeVar
 import numba
 
 from envs import processors
+from envs.compiled_cache import cache_folder
+
+numba.config.CACHE_DIR = cache_folder()  # type: ignore[attr-defined]  # before anything compiles
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -18,7 +21,20 @@ QUICK = {"reassoc", "contract", "arcp", "nsz", "afn"}
 `fastmath=True` allows but `nnan` and `ninf`: with these LLVM may do anything where a number is
 infinite or none, and distances from nothing and times through a wall are infinite."""
 
+_KEPT: dict[str, Any] = {"cache": True, "nogil": True}
 _UNCOUNTED: dict[str, Any] = {"nogil": True, "_nrt": False}
+
+
+def njit_cached(function: _F) -> _F:
+    """Compiles a function, which may make arrays."""
+    compiled: _F = numba.njit(**_KEPT)(function)
+    return compiled
+
+
+def njit_cached_quick(function: _F) -> _F:
+    """As `njit_cached`, with `QUICK` arithmetic."""
+    compiled: _F = numba.njit(fastmath=QUICK, **_KEPT)(function)
+    return compiled
 
 
 def njit_hot(function: _F) -> _F:
@@ -29,6 +45,12 @@ def njit_hot(function: _F) -> _F:
     an arm's clearances, and more on two threads.
     """
     compiled: _F = numba.njit(cache=True, **_UNCOUNTED)(function)
+    return compiled
+
+
+def njit_quick(function: _F) -> _F:
+    """As `njit_hot`, with `QUICK` arithmetic."""
+    compiled: _F = numba.njit(cache=True, fastmath=QUICK, **_UNCOUNTED)(function)
     return compiled
 
 

@@ -1,12 +1,12 @@
-"""The contract of an environment, and the paper's speed model."""
+"""The contract of an environment."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
 from envs.collision.shapes import Obstacle, Robot
 from envs.problem import Array, Problem
+from envs.speed_model import SpeedModel
 
 _FINEST = 2e-5
 """The least tolerance, by the extent of a scene: what the judge asks to decide on a segment grows
@@ -35,13 +36,16 @@ class Environment(ABC):
     `definition`; the rest has defaults. Configurations are float64 (n, d).
 
     Attributes:
-        lower, upper (float64 (d,)): bounds of the configurations, in the environment's unit: of
+        lower: float64 (d,), the lower bounds of the configurations, in the environment's unit: of
             point robots the paper's (a cube of side 20), of arms radians.
-        min_clearance (float): least clearance of a problem's start and goal, in workspace units (of
+        upper: float64 (d,), the upper bounds.
+        min_clearance: float, least clearance of a problem's start and goal, in workspace units (of
             arms metres).
-        robot (`envs.collision.shapes.Robot`): the moving body.
-        obstacles (sequence of `Obstacle`): shapes in the workspace frame, which do not move.
-        speed_model (`SpeedModel`): equation 3 with this environment's constants.
+        robot: `envs.collision.shapes.Robot`, the moving body.
+        obstacles: sequence of `Obstacle`, shapes in the workspace frame, which do not move.
+        speed_model: `SpeedModel`, equation 3 with this environment's constants.
+        units: mapping of str, what tables call the units of a "configuration" and of lengths in the
+            "workspace".
 
     Example:
         >>> import envs
@@ -60,6 +64,13 @@ class Environment(ABC):
     robot: Robot
     obstacles: Sequence[Obstacle]
     speed_model: SpeedModel
+    units: Mapping[str, str] = MappingProxyType({"configuration": "units", "workspace": "units"})
+
+    @property
+    def velocity_limits(self) -> Array | None:
+        """Limits of each coordinate's velocity, float64 (d,), positive, in the configurations' unit
+        a second; None where the robot has none that are known, which is the default."""
+        return None
 
     @property
     def dimension(self) -> int:
@@ -81,14 +92,14 @@ class Environment(ABC):
 
     @property
     def planning_tolerance(self) -> float:
-        """For planners, in workspace units: motions found free at this one have more than the
-        judge's tolerance everywhere, so that it refuses none of them. At the judge's own, half of
-        that would be accepted."""
+        """The tolerance for planners, in workspace units. Motions found free at this one have more
+        than the judge's tolerance everywhere, so that it refuses none of them. At the judge's own,
+        half of that would be accepted."""
         return 2 * self.tolerance
 
     @property
     def free_bounds(self) -> tuple[Array, Array]:
-        """Corners (d,) of a box within the bounds that holds all of free space: by default the
+        """Corners (d,) of a box within the bounds that holds all of free space, by default the
         bounds themselves. Samplers need not look elsewhere."""
         return self.lower, self.upper
 
@@ -164,8 +175,8 @@ class Environment(ABC):
 
     @property
     def allowed(self) -> Allowed | None:
-        """Where configurations may be, besides being in contact with nothing: for obstacles that
-        are surfaces. See `CollisionModel`."""
+        """Where configurations may be that are in contact with nothing, for obstacles that are
+        surfaces. See `CollisionModel`."""
         return None
 
     @property
@@ -229,34 +240,3 @@ class Environment(ABC):
 def _digest(definition: dict[str, Any]) -> str:
     text = json.dumps(definition, sort_keys=True, allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-@dataclass(frozen=True)
-class SpeedModel:
-    """S*(q) = s_const / d_max * clip(clearance(q), d_min, d_max)  (equation 3).
-
-    Distances are in the environment's workspace unit. The speed is `s_const` in the open and
-    falls linearly to `s_const * d_min / d_max` near and inside obstacles.
-
-    Where obstacles are thin, that is too fast for walls: to cross one may take less time than
-    the way round through a door. So there `contact`, if not 0, is the speed at contact and inside
-    obstacles, to which it goes on falling below d_min, linearly in log scale.
-    """
-
-    d_min: float
-    d_max: float
-    s_const: float = 1.0
-    contact: float = 0.0
-
-    def __call__(self, clearance: Array) -> Array:
-        """Speeds for clearances of any shape."""
-        speed: Array = self.s_const / self.d_max * np.clip(clearance, self.d_min, self.d_max)
-        if self.contact:
-            depth = 1 - np.clip(clearance / self.d_min, 0, 1)
-            speed *= (self.contact * self.d_max / (self.s_const * self.d_min)) ** depth
-        return speed
-
-    @property
-    def ratio(self) -> float:
-        """The highest speed by the lowest."""
-        return self.s_const / self.contact if self.contact else self.d_max / self.d_min

@@ -9,7 +9,8 @@ from __future__ import annotations
 import difflib
 import logging
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 
 _MOST = 1000
@@ -71,6 +72,27 @@ def reason(error: BaseException) -> str:
     """What another's exception says, in one line, with its type."""
     said = " ".join(str(error).split())
     return f"{type(error).__name__}: {said}" if said else type(error).__name__
+
+
+@contextmanager
+def input_error_of(what: str, *others: type[Exception]) -> Iterator[None]:
+    """Turns the system's errors within, such as a full disk, into an `InputError`.
+
+    Args:
+        what: could not be done, as in "cannot write run/report.md".
+        others: errors that mean the same.
+
+    Raises:
+        InputError: `what`, and what the system said, in words.
+    """
+    try:
+        yield
+    except OSError as error:
+        named = error.filename is None or str(error.filename) in what
+        where = "" if named else f": {error.filename}"
+        raise InputError(f"{what}: {error.strerror or error}{where}") from error
+    except others as error:
+        raise InputError(f"{what}: {reason(error)}") from error
 
 
 logger = logging.getLogger(__name__)

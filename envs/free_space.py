@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.errors import InputError
+from envs.grid import RegularGrid, node_axes, node_positions
 from envs.problem import Array, Problem
 
 
@@ -29,16 +30,13 @@ class GridComponents:
     def __init__(
         self, clearance: Callable[[Array], Array], lower: Array, upper: Array, nodes: int = 100
     ) -> None:
-        self._lower = lower
-        self._spacing = (upper - lower) / (nodes - 1)
-        self._last = nodes - 1
         from scipy import ndimage  # a third of a second, which workers can save
 
-        axes = [np.linspace(lo, hi, nodes) for lo, hi in zip(lower, upper, strict=True)]
-        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-        free = clearance(points) > self._spacing.max() / 2
-        labels, _ = ndimage.label(free.reshape((nodes,) * len(axes)))
-        self._labels = labels.astype(np.int64)
+        points = node_positions(node_axes(lower, upper, [nodes] * len(lower)))
+        spacing = (upper - lower) / (nodes - 1)
+        free = clearance(points.reshape(-1, len(lower))) > spacing.max() / 2
+        labels, _ = ndimage.label(free.reshape(points.shape[:-1]))
+        self._labels = RegularGrid.between(labels.astype(np.int64), lower, upper)
 
     def label(self, q: Array) -> NDArray[np.int64]:
         """Component numbers (n,) of configurations (n, d), that of the nearest node.
@@ -46,9 +44,7 @@ class GridComponents:
         0 is no component. A configuration whose clearance exceeds its distance to the nearest
         node is joined to it by a free straight line.
         """
-        nearest = np.rint((q - self._lower) / self._spacing).astype(int)
-        labels: NDArray[np.int64] = self._labels[tuple(np.clip(nearest, 0, self._last).T)]
-        return labels
+        return self._labels.at_nearest(q)
 
 
 class Demanding(Protocol):

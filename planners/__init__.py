@@ -31,6 +31,7 @@ def _ompl(
     aliases: tuple[str, ...] = (),
     groups: tuple[str, ...] = (),
     not_repeatable: str = "",
+    colour: str = "",
 ) -> Spec:
     return Spec(
         id,
@@ -41,10 +42,11 @@ def _ompl(
         groups=groups,
         version=2,  # 1 had Python looked for overrides at each of OMPL's virtual calls
         not_repeatable=not_repeatable,
+        colour=colour,
     )
 
 
-def _field(id: str, description: str, group: str = "", **more: Any) -> Spec:
+def _field(id: str, description: str, group: str = "", colour: str = "", **more: Any) -> Spec:
     """A time field; `more` are arguments of the planner besides the method, which is `id`."""
     return Spec(
         id,
@@ -53,28 +55,37 @@ def _field(id: str, description: str, group: str = "", **more: Any) -> Spec:
         {"method": id, **more},
         groups=(group,) if group else (),
         in_all=group != "ablations",
+        colour=colour,
     )
 
 
 REGISTRY: Registry[Planner] = Registry(
     "planner",
     [
-        _field("ntfields", "neural time field, trained on the physics alone", "paper"),
-        _field("ief3d", "the same network, trained on fast marching's times", "paper"),
+        _field(
+            "ntfields", "neural time field, trained on the physics alone", "paper", "tab:orange"
+        ),
+        _field(
+            "ief3d", "the same network, trained on fast marching's times", "paper", "tab:purple"
+        ),
         Spec(
             "fmm",
             "planners.fmm:FastMarching",
             "fast marching on a grid of the speed field, 100 nodes along a side (scikit-fmm)",
             groups=("paper",),
+            colour="tab:green",
+            reference=1,
         ),
         Spec(
             "mpnet",
             "planners.mpnet.planner:MpnetPlanner",
             "imitation of RRT* by a network for many scenes (MPNet), no other planner's help",
             groups=("paper",),
+            colour="tab:blue",
+            reference=2,  # the paper's
         ),
-        _ompl("rrtstar", "RRTstar", "RRT*", ("rrt*",), ("paper",)),
-        _ompl("lazyprmstar", "LazyPRMstar", "LazyPRM*", ("lazyprm*",), ("paper",)),
+        _ompl("rrtstar", "RRTstar", "RRT*", ("rrt*",), ("paper",), colour="tab:cyan"),
+        _ompl("lazyprmstar", "LazyPRMstar", "LazyPRM*", ("lazyprm*",), ("paper",), colour="gold"),
         _ompl("rrtconnect", "RRTConnect", "RRT-Connect, first solution only"),
         Spec(
             "mpnet-hybrid",

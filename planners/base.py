@@ -86,10 +86,10 @@ class Planner(ABC):
     hand (`ERROR`), and planning goes on with the next; after a crash, in a new process.
 
     Class attributes:
-        improves (bool, default True): whether `solve` may go on after its first solution, until
+        improves: bool, by default True, whether `solve` may go on after its first solution, until
             the path is no longer than `Budget.stop_cost`. Say False if it returns its first path.
-        train_s (float, default 0.0): seconds that making data and training took for the weights in
-            use; `setup` may set it. It is reported as offline work.
+        train_s: float, by default 0.0, seconds that making data and training took for the weights
+            in use; `setup` may set it. It is reported as offline work.
 
     Example:
         >>> class StraightLine(Planner):
@@ -184,4 +184,4 @@ class TimeFieldPlanner(Protocol):
 
     def times_and_speeds(self, source: Array, q: Array) -> tuple[Array, Array]:
         """Arrival times (n,) from `source` (d,) at configurations (n, d), and the speeds (n,)
-        that the field implies there, 1 / |grad T|."""
+        that the field implies there, `1 / |grad T|`."""

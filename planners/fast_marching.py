@@ -9,6 +9,7 @@ import skfmm
 from scipy.interpolate import RegularGridInterpolator
 
 from envs import Environment
+from envs.grid import node_axes, node_positions
 from envs.problem import Array
 
 _BY_DIMENSION = {4: 21, 5: 11}
@@ -29,30 +30,27 @@ class SpeedGrid:
         order: of the finite differences, 1 or 2.
 
     Attributes:
-        lower: (d,) the first node.
+        lower, upper: (d,) the first node and the last.
         spacing: (d,) between nodes.
         radius: of the sphere about the exact goal on which fronts start.
     """
 
     def __init__(self, env: Environment, resolution: int, order: int) -> None:
         longest = float((env.upper - env.lower).max())
-        self.lower, upper = env.free_bounds
-        cells = np.ceil((upper - self.lower) / longest * (resolution - 1) - 1e-6).astype(int)
+        self.lower, self.upper = env.free_bounds
+        cells = np.ceil((self.upper - self.lower) / longest * (resolution - 1) - 1e-6).astype(int)
         cells = np.maximum(cells, 4)
-        self._axes = [
-            np.linspace(low, high, n + 1)
-            for low, high, n in zip(self.lower, upper, cells, strict=True)
-        ]
+        self._axes = node_axes(self.lower, self.upper, cells + 1)
         self._env = env
         self._order = order
-        self.spacing: Array = (upper - self.lower) / cells
+        self.spacing: Array = (self.upper - self.lower) / cells
         self.radius = 1.5 * float(self.spacing.max())
         # A slice of nodes at a time: in many dimensions all of them take more room than the speeds.
         self._speed: Array = np.stack([self._speeds(x) for x in self._axes[0]])
 
     def _speeds(self, first: float) -> Array:
         """Speeds on the nodes with a first coordinate, one axis for each of the others."""
-        nodes = np.stack(np.meshgrid([first], *self._axes[1:], indexing="ij"), axis=-1)
+        nodes = node_positions([np.array([first]), *self._axes[1:]])
         speed = self._env.speed_on_grid(nodes.reshape(-1, self._env.dimension))
         return speed.reshape(nodes.shape[1:-1])
 

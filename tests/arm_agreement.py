@@ -71,7 +71,7 @@ def agreement(
         b = np.clip(b, env.lower, env.upper)
         by_model = model.segment_is_free(a, b)
         by_spheres = arm_clearance.paths_are_free(
-            env.robot.view, env.scene, [np.array([a, b])], DEFAULT_TOLERANCE
+            env.robot.arrays, env.scene, [np.array([a, b])], DEFAULT_TOLERANCE
         )[0] and (env.allowed is None or bool(env.allowed(a[None])[0]))
         found.accepted += by_model
         if by_model or by_spheres:

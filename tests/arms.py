@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from envs import Environment
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere
-from envs.collision.sphere_approximation import Spheres
+from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere, Spheres
 from envs.problem import Array
 from envs.robots.arm import Arm, Part, RobotArrays
 from envs.robots.chain import Chain, Joint, Link
@@ -99,5 +98,5 @@ def within(arm: Arm) -> RobotArrays:
     true ones."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("envs.robots.arm.cover", spheres_within)
-        view = Arm(arm.chain, arm.parts, arm.self_collision).view
-    return view._replace(pairs=arm.view.pairs)
+        view = Arm(arm.chain, arm.parts, arm.self_collision).arrays
+    return view._replace(pairs=arm.arrays.pairs)

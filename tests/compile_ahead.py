@@ -21,25 +21,23 @@ import trimesh
 import envs
 import planners
 from envs import Problem
+from envs.compiled_cache import cache_folder
 
 PARTS: tuple[dict[str, Callable[[], None]], ...]
 """For each process what it compiles, by name; see the end of the file."""
 
 
 def compile_all(names: set[str]) -> None:
-    """Compiles some of the parts, in a process for each entry of `PARTS` that has any."""
-    wanted = [[name for name in parts if name in names] for parts in PARTS]
+    """Compiles some of the parts, in a process for each entry of `PARTS` that lacks any."""
+    wanted = [[n for n in parts if n in names and not _mark(n).exists()] for parts in PARTS]
     started = [subprocess.Popen([sys.executable, __file__, *some]) for some in wanted if some]
     for process in started:
         process.wait()  # if it fails, so will tests, which say why
 
 
-def state() -> str:
-    """What compiled code depends on, as text: versions, and when the sources were last changed."""
-    packages = [Path(module.__file__ or "").parent for module in (envs, planners)]
-    files = sorted(file for package in packages for file in package.rglob("*.py"))
-    changed = [f"{file} {file.stat().st_mtime_ns}" for file in files]
-    return "\n".join([platform.python_version(), numba.__version__, *changed])
+def _mark(name: str) -> Path:
+    """The file, beside what is compiled from these sources, that says that a part of it is."""
+    return Path(cache_folder()) / f"{name}, Python {platform.python_version()}, {numba.__version__}"
 
 
 def _meshes() -> None:
@@ -82,3 +80,4 @@ if __name__ == "__main__":
         for name, compile_part in parts.items():
             if name in sys.argv[1:]:
                 compile_part()
+                _mark(name).touch()

@@ -11,6 +11,7 @@ import compile_ahead
 import imported_modules
 import pandas as pd
 import planners_that_fail
+import platformdirs
 import psutil
 import pytest
 
@@ -34,21 +35,21 @@ Refused = Callable[..., str]
 
 
 def pytest_configure() -> None:
-    """Tests run side by side, one on a core: threads that spin while they wait for another's core
-    would take minutes. Set before anything that has threads is imported."""
+    # Tests run side by side, one on a core: threads that spin while they wait for another's core
+    # would take minutes. Set before anything that has threads is imported.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    # For all that tests start, also where they choose another folder for the user's cache.
+    kept = platformdirs.user_cache_path("plannerbench") / "compiled"
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(kept))
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Before a run of all tests on several cores, whose processes begin after this."""
     config = session.config
-    if not is_whole(config) or not config.getoption("numprocesses", None):
-        return
-    parts = compile_ahead.ALL if asks_for_slow(config) else compile_ahead.QUICK
-    compiled = {"of": compile_ahead.state(), "parts": sorted(parts)}
-    if config.cache.get("plannerbench/compiled", None) != compiled:
-        compile_ahead.compile_all(parts)
-        config.cache.set("plannerbench/compiled", compiled)
+    if is_whole(config) and config.getoption("numprocesses", None):
+        compile_ahead.compile_all(
+            compile_ahead.ALL if asks_for_slow(config) else compile_ahead.QUICK
+        )
 
 
 def is_whole(config: pytest.Config) -> bool:

@@ -19,20 +19,25 @@ Printed = dict[str, tuple[int, int, list[str]]]
 
 def printed(spread: str) -> Printed:
     """What the table of all attempts shows, with this after each ±."""
+    moments = ("mean", spread, "median")
     return {
         "problems": (1, 0, ["problems"]),
         "success %": (100, 1, ["success_rate", "success_low", "success_high"]),
-        "time s": (1, 3, [f"time_s_{what}" for what in ("mean", spread, "median")]),
-        "length": (1, 2, [f"length_{what}" for what in ("mean", spread, "median")]),
-        "safety margin": (1, 2, [f"safety_margin_{what}" for what in ("mean", spread, "median")]),
+        "time s": (1, 3, [f"time_s_{what}" for what in moments]),
+        "length units": (1, 2, [f"length_{what}" for what in moments]),
+        "safety margin units": (
+            1,
+            2,
+            [f"safety_margin_{what}" for what in moments],
+        ),
         "offline s": (1, 2, ["offline_s"]),
     }
 
 
 COMMON: Printed = {
     "n": (1, 0, ["problems"]),
-    "length": (1, 2, ["length_mean"]),
-    "safety margin": (1, 2, ["safety_margin_mean"]),
+    "length units": (1, 2, ["length_mean"]),
+    "safety margin units": (1, 2, ["safety_margin_mean"]),
 }
 
 
@@ -51,8 +56,7 @@ def of_markdown(text: str) -> Tables:
             for line in block.splitlines()
         ]
         tables.append([dict(zip(head, line, strict=True)) for line in lines])
-    success, common = tables
-    return success, common
+    return tables[0], tables[-1]
 
 
 def of_latex(text: str) -> Tables:

@@ -11,12 +11,13 @@ from typing import Any
 
 import pytest
 import yaml
+from documents import ALL, ROOT
 
 import envs
 import planners
 from bench.cli import app
 
-TEXT = (Path(__file__).parents[1] / "docs" / "github-actions.yml").read_text(encoding="utf-8")
+TEXT = (ROOT / "docs" / "github-actions.yml").read_text(encoding="utf-8")
 
 
 def steps() -> list[dict[str, Any]]:
@@ -59,19 +60,12 @@ def test_the_result_is_shown_even_if_the_check_fails() -> None:
 def test_packages_are_kept_between_runs() -> None:
     [python] = [step["with"] for step in steps() if "setup-python" in step.get("uses", "")]
     assert python["cache"] == "pip"
-    root = Path(__file__).parents[1]
-    assert all((root / name).is_file() for name in python["cache-dependency-path"].split())
+    assert all((ROOT / name).is_file() for name in python["cache-dependency-path"].split())
 
 
-ROOT = Path(__file__).parents[1]
-
-
-PAGES = ["ARCHITECTURE.md", "CONTRIBUTING.md", "README.md", "docs/running.md"]
-
-
-@pytest.mark.parametrize("name", PAGES)
-def test_files_and_folders_that_are_named_are_there(name: str) -> None:
-    text = (ROOT / name).read_text(encoding="utf-8")
+@pytest.mark.parametrize("page", ALL, ids=lambda page: page.stem)
+def test_files_and_folders_that_are_named_are_there(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
     named = re.findall(r"`((?:bench|planners|envs|tests|results|docs)/[\w./-]*)`", text)
     written = [one for one in named if one.startswith("results/runs/")]  # by commands
     assert [one for one in named if not (ROOT / one).exists()] == written

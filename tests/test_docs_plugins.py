@@ -35,6 +35,11 @@ def test_the_planner_is_short_passes_its_checks_and_solves_problems(
     )
     assert code == 0, err
     assert pd.read_csv(tmp_path / "run" / "summary.csv")["solved"].tolist() == [3]
+    code, out, err = bench(
+        *("replay", tmp_path / "run", "--planner", "detours", "--problem", 2),
+        *("--planner-file", file),
+    )
+    assert code == 0, out + err
 
 
 @pytest.mark.slow

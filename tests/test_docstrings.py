@@ -12,7 +12,7 @@ CONTRACTS = (
     "planners.base",
     "planners.learning.learned_planner",
     "envs.environment",
-    "envs.collision.shapes",
+    "envs.collision.shapes.robot",
 )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import subprocess
 import sys
 import time
@@ -10,7 +11,19 @@ from pathlib import Path
 
 import pytest
 import trimesh
-from documents import PAGES, README, TEXT, blocks
+from conftest import Cli
+from documents import (
+    ALL,
+    BLOCKS,
+    NOT_RUN,
+    NOTEBOOKS,
+    PAGES,
+    README,
+    ROOT,
+    TEXT,
+    block_after,
+    blocks,
+)
 
 import envs
 import planners
@@ -48,12 +61,33 @@ def test_the_commands_and_entries_it_shows_are_accepted() -> None:
             assert planners.REGISTRY.entries(chosen["planners"])
 
 
-def test_the_arm_and_the_scene_it_shows_make_a_world(tmp_path: Path) -> None:
+def test_the_quick_start_goes_through(
+    bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    measure = block_after("quick start: measure")
+    look, choose = block_after("quick start: look"), block_after("quick start: choose")
+    for line in (measure + look + choose).splitlines():
+        program, *arguments = shlex.split(line)
+        assert program == "bench"
+        code, _, err = bench(*arguments)
+        assert code == 0, line + err
+    for made in ("first-run/summary.csv", "first-run/report.html", "paths.png", "other/run.sqlite"):
+        assert (tmp_path / made).is_file(), made
+
+
+def test_no_block_is_forgotten() -> None:
+    """Each is run by a test, or named with the reason why not."""
+    assert {block.name for block in BLOCKS if not block.is_run} == NOT_RUN.keys()
+
+
+def test_the_arm_and_the_scene_it_shows_make_a_world(bench: Cli, tmp_path: Path) -> None:
     [arm], [scene] = blocks("xml"), blocks("yaml")
     (tmp_path / "arm.urdf").write_text(arm, encoding="utf-8")
     (tmp_path / "scene.yaml").write_text(scene, encoding="utf-8")
     trimesh.creation.box((200, 50, 300)).export(tmp_path / "shelf.ply")
-    world = envs.make(f"arm:urdf={tmp_path / 'arm.urdf'},scene={tmp_path / 'scene.yaml'}")
+    name = f"arm:urdf={tmp_path / 'arm.urdf'},scene={tmp_path / 'scene.yaml'}"
+    world = envs.make(name)
     assert world.dimension == 2
     assert len(world.obstacles) == 4
     planner = planners.make("rrtconnect")
@@ -61,6 +95,9 @@ def test_the_arm_and_the_scene_it_shows_make_a_world(tmp_path: Path) -> None:
     [problem] = world.sample_problems(1, 0)
     result = planner.solve(problem, planners.Budget(time.perf_counter() + 5))
     assert result.status is planners.Status.EXACT_SOLUTION
+    code, _, err = bench("show", "--env", name, "--out", tmp_path / "arm.png")
+    assert code == 0, err
+    assert (tmp_path / "arm.png").is_file()
 
 
 def test_it_lists_what_is_registered() -> None:
@@ -76,14 +113,19 @@ def test_options_and_defaults_are_those_of_the_command(capsys: pytest.CaptureFix
         assert f"default: {default}" in text, option
 
 
-def test_the_readme_is_short_and_links_every_page() -> None:
-    text = README.read_text(encoding="utf-8")
-    assert len(text.split()) <= 700
-    assert {page.name for page in PAGES} == set(re.findall(r"\(docs/([\w-]+\.md)\)", text))
+def test_the_readme_is_short() -> None:
+    assert len(README.read_text(encoding="utf-8").split()) <= 700
+
+
+def test_the_readme_leads_to_every_page() -> None:
+    index = ROOT / "docs" / "index.md"
+    assert "(docs/index.md)" in README.read_text(encoding="utf-8")
+    linked = re.findall(r"\]\(([\w/-]+\.(?:md|ipynb))\)", index.read_text(encoding="utf-8"))
+    assert {index, *(index.parent / name for name in linked)} == {*PAGES, *NOTEBOOKS}
 
 
 def test_links_lead_somewhere() -> None:
-    for page in (README, *PAGES):
+    for page in ALL:
         for target in re.findall(r"\]\(([^)#]+)[)#]", page.read_text(encoding="utf-8")):
             assert target.startswith("https://") or (page.parent / target).exists(), (page, target)
 

@@ -5,6 +5,7 @@ An environment is known by its fingerprint; reports call it by the first name th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,7 +16,9 @@ import pandas as pd
 
 from bench.analysis import timing
 from bench.analysis.summary import common_problems, left_out_of_common, summarise
-from bench.judging.metrics import BLOCKED
+from bench.judging.metric import Metric
+from bench.judging.metrics import known_metrics
+from bench.judging.straight_lines import BLOCKED
 from bench.storage.store import StoredRecords
 from envs import InputError
 
@@ -28,8 +31,8 @@ class RunResults:
         folders: where it is stored.
         selections: what was asked for, of each folder; see
             `bench.execution.config.RunConfig.selection`.
-        records: one row an attempt, with the columns of `bench.storage.record.Record`; ordered by
-            environment, planner (as asked for) and problem.
+        records: one row an attempt, with the columns of `bench.storage.record.Record` and one for
+            each metric; ordered by environment, planner (as asked for), problem and repeat.
         sessions: when, where and at what cost it was measured, oldest first.
         spread: what stands after the ± of a mean in its tables; see
             `bench.report.formatting.SPREADS`.
@@ -54,7 +57,7 @@ class RunResults:
         records = renamed_records(_selected(store, selection), names)
         ran = set(records["run_id"])
         sessions = tuple(s for s in store.sessions() if s["run_id"] in ran)
-        return RunResults((folder,), (selection,), records, sessions)
+        return RunResults((folder,), (selection,), records, sessions).completed()
 
     @staticmethod
     def read(folder: Path) -> RunResults:
@@ -86,7 +89,22 @@ class RunResults:
             tuple(selection for run in runs for selection in run.selections),
             pd.concat([run.records for run in runs], ignore_index=True),
             tuple(session for run in runs for session in run.sessions),
-        )
+        ).completed()
+
+    def completed(self) -> RunResults:
+        """With a column of the records for each metric, empty where nothing has a value of it."""
+        missing = [metric.name for metric in self.metrics if metric.name not in self.records]
+        return replace(self, records=self.records.assign(**dict.fromkeys(missing, math.nan)))
+
+    @cached_property
+    def metrics(self) -> tuple[Metric, ...]:
+        """All that are registered now or were when it was measured, in the tables' order."""
+        return known_metrics([m for s in self.selections for m in s.get("metrics", ())])
+
+    def heading(self, metric: Metric) -> str:
+        """What tables call it, with its unit in the run's environments."""
+        units = [env.get("units", {}) for s in self.selections for env in s["envs"]]
+        return metric.heading(units)
 
     def renamed(self, names: Mapping[str, str]) -> RunResults:
         """With these names of environments, by their fingerprints."""
@@ -117,7 +135,7 @@ class RunResults:
     def summary(self) -> pd.DataFrame:
         """A row per environment and planner; see `bench.analysis.summary.summarise`. Besides what
         each was held to, and how soon it reached common lengths, as in `common`."""
-        table = summarise(self._with_blocked, self.order)
+        table = summarise(self._with_blocked, self.order, self.metrics)
         of_common = self.common.set_index(["env", "planner"])
         keys = pd.MultiIndex.from_frame(table[["env", "planner"]])
         told = {name: of_common[name].reindex(keys).to_numpy() for name in timing.COLUMNS}
@@ -128,7 +146,7 @@ class RunResults:
     def common(self) -> pd.DataFrame:
         """Of commonly solved problems; see `bench.analysis.summary.common_problems`. Besides,
         `held_to` says when each planner might stop."""
-        return self._with_held_to(common_problems(self._with_blocked))
+        return self._with_held_to(common_problems(self._with_blocked, self.metrics))
 
     def _with_held_to(self, table: pd.DataFrame) -> pd.DataFrame:
         rules = {
@@ -211,14 +229,25 @@ def _selected(store: StoredRecords, selection: dict[str, Any]) -> pd.DataFrame:
         selection.get("planner_versions"),  # which older stores do not say
         _weights(selection),
     )
-    wanted = rows["planner"].isin(selection["planners"]) & (rows["problem"] < selection["problems"])
+    wanted = (
+        rows["planner"].isin(selection["planners"])
+        & (rows["problem"] < selection["problems"])
+        & (rows["repeat"] < repeats_of(selection))
+    )
     ranked = rows[wanted].assign(
         env_rank=rows["env_fingerprint"].map(fingerprints.index),
         planner_rank=rows["planner"].map({p: i for i, p in enumerate(selection["planners"])}),
     )
-    ordered = ranked.sort_values(["env_rank", "planner_rank", "problem"], ignore_index=True)
+    ordered = ranked.sort_values(
+        ["env_rank", "planner_rank", "problem", "repeat"], ignore_index=True
+    )
     chosen: pd.DataFrame = ordered.drop(columns=["env_rank", "planner_rank"])
     return chosen
+
+
+def repeats_of(selection: Mapping[str, Any]) -> int:
+    """How often each planner attempted each problem; older runs, which do not say, once."""
+    return int(selection.get("repeats", 1))
 
 
 def _weights(selection: dict[str, Any]) -> dict[str, dict[str, str]] | None:
@@ -235,8 +264,10 @@ def _whose(selection: dict[str, Any]) -> str:
 
 def _caption(selection: dict[str, Any]) -> str:
     settings = selection["settings"]
+    times = repeats_of(selection)
+    often = f", {times} attempts a problem" if times > 1 else ""
     text = (
-        f"{selection['problems']} problems an environment, seed {selection['seed']}, "
+        f"{selection['problems']} problems an environment{often}, seed {selection['seed']}, "
         f"time limit {settings['time_limit_s']:g} s, stop rule `{settings['stop']}`, "
         f"{settings['jobs']} at a time."
     )

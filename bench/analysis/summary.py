@@ -9,52 +9,39 @@ from collections.abc import Sequence
 import pandas as pd
 
 from bench.analysis import timing
-from bench.analysis.statistics import censored_median, wilson_interval
+from bench.analysis.statistics import censored_median, clustered_wilson_interval
 from bench.analysis.timing import cpu_shares
+from bench.judging.metric import Metric
 from bench.storage.record import NOT_ATTEMPTED, Verdict
 
-COLUMNS = (
-    "env",
-    "planner",
-    "problems",
-    "solved",
-    "success_rate",
-    "success_low",
-    "success_high",
-    "time_s_mean",
-    "time_s_std",
-    "time_s_var",
-    "time_s_median",
-    "time_s_median_censored",
-    "length_mean",
-    "length_std",
-    "length_var",
-    "length_median",
-    "safety_margin_mean",
-    "safety_margin_std",
-    "safety_margin_var",
-    "safety_margin_median",
-    "setup_s",
-    "train_s",
-    "offline_s",
-    "status_counts",
-    "fallbacks",
-    "attempted",
-    "reason",
-    "cpu_share_median",
-    "processors",
-    "blocked_attempted",
-    "blocked_solved",
-    "blocked_success_rate",
-    "blocked_length_mean",
+_FIRST = ("env", "planner", "problems", "solved", "success_rate", "success_low", "success_high")
+_REST = (
+    *("setup_s", "train_s", "offline_s", "status_counts", "fallbacks", "attempted", "reason"),
+    *("cpu_share_median", "processors"),
+    *("blocked_attempted", "blocked_solved", "blocked_success_rate", "blocked_length_mean"),
     "held_to",
     *timing.COLUMNS,
 )
+_MOMENTS = ("mean", "std", "var", "median")
 
-_MEASURED = {"time_s": "solve_s", "length": "length", "safety_margin": "safety_margin"}
+CENSORED_TIME = "time_s_median_censored"
 
 
-def summarise(records: pd.DataFrame, order: Sequence[tuple[str, str]]) -> pd.DataFrame:
+def columns(metrics: Sequence[Metric]) -> list[str]:
+    """Those of `summarise`: of the primary metrics in the middle, of the others at the end."""
+    primary = [name for metric in metrics if metric.primary for name in _columns_of(metric)]
+    others = [name for metric in metrics if not metric.primary for name in _columns_of(metric)]
+    return [*_FIRST, *primary, *_REST, *others]
+
+
+def _columns_of(metric: Metric) -> list[str]:
+    names = [f"{metric.name}_{moment}" for moment in _MOMENTS]
+    return [*names, CENSORED_TIME] if metric.name == "time_s" else names
+
+
+def summarise(
+    records: pd.DataFrame, order: Sequence[tuple[str, str]], metrics: Sequence[Metric]
+) -> pd.DataFrame:
     """Success with its 95 % Wilson interval, and what verified successes cost.
 
     Means, (sample) standard deviations and variances, and medians are over verified successes;
@@ -73,27 +60,30 @@ def summarise(records: pd.DataFrame, order: Sequence[tuple[str, str]]) -> pd.Dat
         records: rows of the store, which may have a column `blocked`.
         order: (env, planner) of the rows wanted, in their order; those without records are left
             out.
+        metrics: each has its moments over verified successes, empty where none has a value.
     """
     groups = dict(tuple(records.groupby(["env", "planner"], sort=False)))
     rows = [
-        _row(env, planner, groups[env, planner])
+        _row(env, planner, groups[env, planner], metrics)
         for env, planner in order
         if (env, planner) in groups
     ]
-    table: pd.DataFrame = pd.DataFrame(rows, columns=list(COLUMNS))
+    table: pd.DataFrame = pd.DataFrame(rows, columns=columns(metrics))
     return table
 
 
-def _row(env: str, planner: str, all_records: pd.DataFrame) -> dict[str, object]:
+def _row(
+    env: str, planner: str, all_records: pd.DataFrame, metrics: Sequence[Metric]
+) -> dict[str, object]:
     records = attempted_records(all_records)
     successes = records["outcome"] == Verdict.VALID.value
     solved = records[successes]
-    low, high = wilson_interval(len(solved), len(records)) if len(records) else (math.nan,) * 2
+    low, high = _success_interval(records, successes)
     setup_s, train_s = (records[name].astype(float).max() for name in ("setup_s", "train_s"))
     row: dict[str, object] = {
         "env": env,
         "planner": planner,
-        "problems": len(all_records),
+        "problems": all_records["problem"].nunique(),
         "attempted": len(records),
         "solved": len(solved),
         "success_rate": len(solved) / len(records) if len(records) else math.nan,
@@ -104,17 +94,24 @@ def _row(env: str, planner: str, all_records: pd.DataFrame) -> dict[str, object]
         "offline_s": setup_s + train_s,
         "status_counts": json.dumps(all_records["outcome"].value_counts().to_dict()),
         "fallbacks": _fallbacks(solved),
-        "time_s_median_censored": censored_median(records["solve_s"].astype(float), successes),
+        CENSORED_TIME: censored_median(records["solve_s"].astype(float), successes),
         "reason": why_not_attempted(all_records),
         "cpu_share_median": cpu_shares(records).median(),
         "processors": records.loc[records["processor"] != "", "processor"].nunique(),
     }
-    for name, column in _MEASURED.items():
-        values = solved[column].astype(float)
-        row[f"{name}_mean"] = values.mean()
-        row[f"{name}_std"], row[f"{name}_var"] = values.std(), values.var()
-        row[f"{name}_median"] = values.median()
+    for metric in metrics:
+        values = solved[metric.name].astype(float)
+        moments = values.mean(), values.std(), values.var(), values.median()
+        row |= {f"{metric.name}_{name}": m for name, m in zip(_MOMENTS, moments, strict=True)}
     return row | _of_blocked(records)
+
+
+def _success_interval(records: pd.DataFrame, successes: pd.Series) -> tuple[float, float]:
+    """Of the success rate; attempts at one problem are not independent of each other."""
+    if records.empty:
+        return math.nan, math.nan
+    by_problem = successes.groupby(records["problem"])
+    return clustered_wilson_interval(by_problem.sum(), by_problem.count())
 
 
 def _of_blocked(records: pd.DataFrame) -> dict[str, object]:
@@ -144,16 +141,17 @@ def why_not_attempted(records: pd.DataFrame) -> str | None:
     return "; ".join(lines) or (None if told.empty else "it did not say why")
 
 
-def common_problems(records: pd.DataFrame) -> pd.DataFrame:
-    """Length and margin where they compare: on the problems that every planner solved, besides
-    those in `left_out_of_common`.
+def common_problems(records: pd.DataFrame, metrics: Sequence[Metric]) -> pd.DataFrame:
+    """Means of the primary metrics where they compare: on the problems that every planner solved,
+    besides those in `left_out_of_common`. Of times, which compare only under the same stop rule,
+    there is how soon each reached common lengths.
 
     Planners that do not support an environment do not take part there. One row per environment
     and planner, with `problems`, the number of common ones, and how soon it reached common lengths
     there (`bench.analysis.timing.times_to_lengths`).
     """
-    means = (f"{n}_mean" for n in _MEASURED if n != "time_s")
-    columns = ["env", "planner", "problems", *means, *timing.COLUMNS]
+    compared = [metric.name for metric in metrics if metric.primary and not metric.timed]
+    means = [f"{name}_mean" for name in compared]
     rows = []
     for env, group in attempted_records(records).groupby("env", sort=False):
         left_out = _left_out(group)
@@ -167,12 +165,12 @@ def common_problems(records: pd.DataFrame) -> pd.DataFrame:
                     "env": env,
                     "planner": planner,
                     "problems": len(own),
-                    "length_mean": own["length"].astype(float).mean(),
-                    "safety_margin_mean": own["safety_margin"].astype(float).mean(),
+                    **{f"{name}_mean": own[name].astype(float).mean() for name in compared},
                     **reached.loc[planner].to_dict(),
                 }
             )
-    table: pd.DataFrame = pd.DataFrame(rows, columns=columns)
+    titles = ["env", "planner", "problems", *means, *timing.COLUMNS]
+    table: pd.DataFrame = pd.DataFrame(rows, columns=titles)
     return table
 
 
@@ -214,11 +212,12 @@ def _tells(solved: pd.DataFrame, counts: pd.Series) -> pd.Series:
 
 
 def _commonly_solved(attempts: pd.DataFrame, planners: Sequence[str]) -> pd.DataFrame:
-    """The attempts at problems that all of some planners solved."""
+    """The attempts at problems that all of some planners solved; of several attempts at a problem,
+    those with the same number."""
     solved = attempts[(attempts["outcome"] == Verdict.VALID.value)]
     solved = solved[solved["planner"].isin(planners)]
-    counts = solved.groupby("problem")["planner"].nunique()
-    common: pd.DataFrame = solved[solved["problem"].isin(counts.index[counts == len(planners)])]
+    counts = solved.groupby(["problem", "repeat"])["planner"].transform("nunique")
+    common: pd.DataFrame = solved[counts == len(planners)]
     return common
 
 

@@ -6,8 +6,10 @@ import os
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from errno import EDQUOT, EFBIG, EIO, ENOSPC, EPIPE, EROFS
 from importlib import import_module
+from pathlib import Path
 from types import SimpleNamespace
 
 import click
@@ -66,11 +68,25 @@ def _carried_out(chosen: SimpleNamespace, *, by_user: bool) -> int:
     from planners import user_plugins
 
     chosen.started_s = _since_process_start() if by_user else 0.0
-    with COMMAND.begun(), hosting(), user_plugins.registered(vars(chosen).get("planner_file", ())):
+    with (
+        COMMAND.begun(),
+        hosting(),
+        user_plugins.registered(vars(chosen).get("planner_file", ())),
+        _metrics(vars(chosen).get("metric_file")),
+    ):
         COMMAND.check_program()
         module, _, function = chosen.does.partition(":")
         code: int = getattr(import_module(f"bench.cli.{module}"), function)(chosen)
     return code
+
+
+def _metrics(files: Sequence[Path] | None) -> AbstractContextManager[None]:
+    """The metrics of packages and files, for a command that measures or reports."""
+    if files is None:
+        return nullcontext()
+    from bench.judging import user_metrics
+
+    return user_metrics.registered(files)
 
 
 def _let_go_of_output() -> None:

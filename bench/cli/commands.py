@@ -15,7 +15,7 @@ from bench import api, conformance
 from bench import replay as replaying
 from bench.analysis import comparison, regression, summary
 from bench.analysis.run_results import RunResults
-from bench.cli.terminal import note, tell
+from bench.cli.terminal import note, tell, tell_tables
 from bench.execution import weights_manager
 from bench.execution.config import check_range, make_run_config, on_device
 from bench.report import comparison_text, markdown, regression_text, writers
@@ -34,6 +34,7 @@ def run(chosen: SimpleNamespace) -> int:
         env=chosen.env,
         planner=chosen.planners,
         problems=chosen.problems,
+        repeats=chosen.repeats,
         seed=chosen.seed,
         time_limit_s=chosen.time_limit,
         stop=chosen.stop,
@@ -45,7 +46,7 @@ def run(chosen: SimpleNamespace) -> int:
     folder: Path = chosen.out or Path("results/runs") / config.problem_sets[0].entry.spec.id
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     recorded = api.carry_out(config, folder, force=chosen.force, started_s=chosen.started_s)
-    tell(markdown.text(recorded))
+    tell_tables(markdown.text(recorded), wide=chosen.wide)
     note(f"{folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}")
     return DONE if summary.attempted(recorded.records) else NOTHING_MEASURED
 
@@ -73,7 +74,7 @@ def report(chosen: SimpleNamespace) -> int:
         runs = [RunResults.joined(runs)]
     for run in (dataclasses.replace(run, spread=_SPREADS[chosen.spread]) for run in runs):
         writers.write(run, chosen.out or run.folders[0], formats)
-        tell(markdown.text(run))
+        tell_tables(markdown.text(run), wide=chosen.wide)
     return DONE
 
 
@@ -83,10 +84,12 @@ def compare(chosen: SimpleNamespace) -> int:
     b = a if chosen.b is None else RunResults.read(chosen.b)
     who = comparison.chosen_planners(chosen.planners, a, b)
     pairing = comparison.pair_runs(a, b, who)
-    table = comparison.compare(pairing.pairs)
+    metrics = comparison.chosen_metrics(chosen.metrics, a, b)
+    table = comparison.compare(pairing.pairs, metrics)
     if chosen.out is not None:
         comparison_text.write_csv(table, chosen.out)
-    tell(comparison_text.text(a, b, table, pairing.left_out))
+    text = comparison_text.text(a, b, table, pairing.left_out, metrics)
+    tell_tables(text, wide=chosen.wide)
     return DONE
 
 
@@ -100,33 +103,33 @@ def check(chosen: SimpleNamespace) -> int:
         update=chosen.update,
     )
     file: Path = chosen.baseline
-    now = regression.Baseline.of(RunResults.read(chosen.dir))
+    now = regression.Baseline.of(RunResults.read(chosen.dir), wanted.measures)
     wanted = wanted.of(now, str(chosen.dir))
     if chosen.update:
-        return _update(now.attempted, file, chosen.out)
+        return _update(now.attempted, file, chosen)
     before = regression.read(file)
     found = regression.check(before, now, wanted.of(before, str(file)))
-    _tell(regression_text.text(found, chosen.dir, file), chosen.out)
+    _tell(regression_text.text(found, chosen.dir, file), chosen)
     if not found.findings:
         return NOTHING_MEASURED
     return REGRESSION if found.regressions else DONE
 
 
-def _update(now: regression.Baseline, file: Path, out: Path | None) -> int:
+def _update(now: regression.Baseline, file: Path, chosen: SimpleNamespace) -> int:
     """`bench check --update`."""
     if not now.rows:
         note("nothing was measured; no baseline is written")
         return NOTHING_MEASURED
     before = regression.read(file) if file.exists() else None
     regression.write(now, file)
-    _tell(regression_text.changes(before, now, file), out)
+    _tell(regression_text.changes(before, now, file), chosen)
     return DONE
 
 
-def _tell(text: str, out: Path | None) -> None:
-    if out is not None:
-        regression_text.write_text(text, out)
-    tell(text)
+def _tell(text: str, chosen: SimpleNamespace) -> None:
+    if chosen.out is not None:
+        regression_text.write_text(text, chosen.out)
+    tell_tables(text, wide=chosen.wide)
 
 
 def show(chosen: SimpleNamespace) -> int:
@@ -182,7 +185,7 @@ def paper(chosen: SimpleNamespace) -> int:
     out = chosen.out or Path("results/runs") / ("paper-quick" if chosen.quick else "paper")
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     outcome = runner.carry_out(wanted, experiments, Place(folder, out, chosen.quick))
-    tell(outcome.text)
+    tell_tables(outcome.text, wide=chosen.wide)
     if outcome.failed:
         left = ", ".join(outcome.failed)
         raise InputError(f"could not be carried out, see {out / 'paper.md'}: {left}")
@@ -207,6 +210,6 @@ def test_planner(chosen: SimpleNamespace) -> int:
 
 def replay(chosen: SimpleNamespace) -> int:
     """`bench replay`."""
-    found = replaying.replay(chosen.dir, chosen.planner, chosen.problem, chosen.env)
+    found = replaying.replay(chosen.dir, chosen.planner, chosen.problem, chosen.env, chosen.repeat)
     tell(found.text)
     return DIFFERENT if found.difference else DONE

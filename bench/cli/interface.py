@@ -126,6 +126,20 @@ _planner_file = _file(
     help="of Python whose planners are to be known too; may be given several times",
     multiple=True,
 )
+_metric_file = _file(
+    "--metric-file",
+    metavar="FILE.py",
+    help="of Python whose metrics are to be measured too; may be given several times",
+    multiple=True,
+)
+_metrics = click.option(
+    "--metrics",
+    metavar="NAMES",
+    help="to compare by, besides success (default: time_s,length,safety_margin)",
+)
+_wide = click.option(
+    "--wide", is_flag=True, help="print tables whole, also where the terminal is narrower"
+)
 _device = click.option(
     "--device",
     default="cpu",
@@ -151,6 +165,9 @@ _device = click.option(
 )
 @click.option("--problems", type=int, default=50, metavar="N", help="an environment (default: 50)")
 @click.option(
+    "--repeats", type=int, default=1, metavar="N", help="attempts at each problem (default: 1)"
+)
+@click.option(
     "--seed", type=int, default=0, metavar="S", help="of problems and planners (default: 0)"
 )
 @click.option("--time-limit", type=float, default=5.0, metavar="SECONDS", help="(default: 5)")
@@ -171,10 +188,12 @@ _device = click.option(
     help="of each planner's process (default: 4096)",
 )
 @_planner_file
+@_metric_file
 @_device
 @click.option("--no-train", is_flag=True, help="skip learned planners that have no weights")
 @_file("--out", metavar="DIR", help="(default: results/runs/ENV)")
 @click.option("--force", is_flag=True, help="measure again what DIR holds")
+@_wide
 def run() -> None:
     """Runs every planner on the same problems, each in its own process, judges every path, and
     prints a table. What DIR holds already is not measured again."""
@@ -217,7 +236,9 @@ def train() -> None:
     default="deviation",
     help="what stands after each mean (default: deviation)",
 )
+@_metric_file
 @_file("--out", metavar="DIR", help="(default: the run's own)")
+@_wide
 def report() -> None:
     """Writes reports of what was last run into each DIR, or one report of all into --out, and
     prints the tables."""
@@ -232,11 +253,14 @@ def report() -> None:
     metavar="P,Q",
     help="P of A against Q of B; or one name, in both (default: all that are in both)",
 )
+@_metrics
+@_metric_file
 @_file("--out", metavar="FILE.csv", help="the table, unrounded")
 @_planner_file
+@_wide
 def compare() -> None:
-    """Compares planners on the problems that two runs, or two planners of one run, share: success,
-    time, length and margin, with tests and verdicts."""
+    """Compares planners on the problems that two runs, or two planners of one run, share: success
+    and metrics, with tests and verdicts."""
 
 
 @_command("check", "commands:check", "fail if a run is worse than a baseline")
@@ -251,7 +275,9 @@ def compare() -> None:
     help="the probability of any false alarm in a check (default: 0.01)",
 )
 @click.option(
-    "--ratios", metavar="NAMES", help="of time,length,margin, by the reference's if one is named"
+    "--ratios",
+    metavar="NAMES",
+    help="of metrics, as time,length,margin, by the reference's if one is named",
 )
 @click.option("--reference", metavar="PLANNER", help="of the same run, as in fmm")
 @click.option(
@@ -261,8 +287,10 @@ def compare() -> None:
     metavar="SHARE",
     help="by how much ratios may get worse (default: 0.1)",
 )
+@_metric_file
 @_file("--out", metavar="FILE.md", help="what is printed, as a file too")
 @_planner_file
+@_wide
 def check() -> None:
     """Tests whether planners solve fewer problems than in a baseline, or do worse by what --ratios
     names, and says how small a fall it would notice. Exit code 1 for a regression, 3 if nothing
@@ -328,6 +356,7 @@ def field() -> None:
 @click.option("--only", metavar="NAME", help="of the experiments, as in c3d,gibson (default: all)")
 @click.option("--quick", is_flag=True, help="fewer problems, and say so in every caption")
 @_file("--out", metavar="DIR", help="(default: results/runs/paper, or results/runs/paper-quick)")
+@_wide
 def paper() -> None:
     """Carries out the paper's experiments, or goes on where it stopped, and prints each table
     beside the paper's figures. DIR holds paper.md, its pictures, and every table as CSV."""
@@ -363,6 +392,9 @@ def test_planner() -> None:
 @_folder("dir")
 @click.option("--planner", required=True, metavar="P", help="a planner of that run")
 @click.option("--problem", type=int, required=True, metavar="I", help="the index of a problem")
+@click.option(
+    "--repeat", type=int, default=0, metavar="R", help="which attempt at it, from 0 (default: 0)"
+)
 @click.option(
     "--env",
     metavar="ENV",

@@ -4,15 +4,26 @@ its window or hides text; and not every terminal can show every character."""
 from __future__ import annotations
 
 import logging
+import shutil
 import sys
 from typing import TextIO
 
+from bench.cli.tables import fitted
 from envs.errors import printable
 
 
 def tell(text: str) -> None:
     """Prints lines, with what does not print in them written as in Python's literals."""
     print(_lines(text))
+
+
+def tell_tables(text: str, *, wide: bool) -> None:
+    """Prints lines with tables in them: on a terminal as much of each as it has room for, unless
+    all is wanted; elsewhere all."""
+    if wide or not sys.stdout.isatty():
+        tell(text)
+    else:
+        tell(fitted(text, shutil.get_terminal_size().columns))
 
 
 def note(text: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,10 +14,11 @@ import planners
 from bench.execution import planner_queries as queries
 from bench.execution.planner_queries import World
 from bench.execution.stop_rule import PAPER, StopRule, paper_rule
-from bench.judging.metrics import share_blocked, straight_lines
+from bench.judging.metrics import REGISTERED
+from bench.judging.straight_lines import share_blocked, straight_lines
 from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
-from envs.seeding import TEST_SEEDS, training_seed
+from envs.seeding import TEST_SEEDS, derived_seed, training_seed
 from planners import Planner
 from planners.learning.learned_planner import checked_device
 
@@ -35,7 +36,8 @@ class RunConfig:
     """A run as it was asked for.
 
     Attributes:
-        problems: the number of problems in each arena.
+        problems: the number of problems in each environment.
+        repeats: how often each planner attempts each problem, with another seed each time.
         seed: of problems, planners and order.
         train: whether learned planners without weights are trained first.
         device: of PyTorch, for planners that take one and were not given another.
@@ -51,6 +53,7 @@ class RunConfig:
     memory_limit_mb: int
     train: bool = True
     device: str = CPU
+    repeats: int = 1
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -84,6 +87,7 @@ class RunConfig:
                 {
                     "id": problem_set.entry.id,
                     "fingerprint": problem_set.env.fingerprint,
+                    "units": dict(problem_set.env.units),
                     **self._told(problem_set),
                     "weights": {entry.id: problem_set.weights(entry) for entry in self.planners},
                 }
@@ -93,9 +97,11 @@ class RunConfig:
             "planner_versions": self.planner_versions,
             "improves": {entry.id: queries.improves(entry) for entry in self.planners},
             "problems": self.problems,
+            "repeats": self.repeats,
             "seed": self.seed,
             "settings": self.settings,
             "settings_digest": self.settings_digest,
+            "metrics": [metric.definition for metric in REGISTERED if metric.origin],
         }
 
     def _told(self, problem_set: ProblemSet) -> dict[str, Any]:
@@ -134,7 +140,7 @@ class ProblemSet:
 
     @cached_property
     def straight_lines(self) -> str:
-        """See `bench.judging.metrics.straight_lines`."""
+        """See `bench.judging.straight_lines.straight_lines`."""
         return straight_lines(self.env, self.problems)
 
     def weights(self, planner: Entry[Planner]) -> str:
@@ -145,6 +151,13 @@ class ProblemSet:
             InputError: they cannot be read.
         """
         return queries.weights_digest(planner, self.shown)
+
+
+def repeated(problem: Problem, repeat: int) -> Problem:
+    """A problem as planners get it the time with this number, from 0: with a seed of its own."""
+    if repeat == 0:
+        return problem
+    return replace(problem, seed=derived_seed("repeat", problem.seed, repeat))
 
 
 def make_run_config(
@@ -159,6 +172,7 @@ def make_run_config(
     memory_limit_mb: int,
     train: bool = True,
     device: str = CPU,
+    repeats: int = 1,
 ) -> RunConfig:
     """Checks what was asked for.
 
@@ -170,6 +184,7 @@ def make_run_config(
         InputError: something is unknown or out of range.
     """
     check_range("--problems", problems, 1, 1_000_000)
+    check_range("--repeats", repeats, 1, 10_000)
     check_range("--seed", seed, 0, TEST_SEEDS - 1)
     check_range("--time-limit", time_limit_s, 0.001, 86_400)
     _check_jobs(jobs)
@@ -203,6 +218,7 @@ def make_run_config(
         memory_limit_mb,
         train,
         device,
+        repeats,
     )
 
 

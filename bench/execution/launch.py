@@ -14,12 +14,15 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
 import envs
+from bench.judging import METRIC_GROUP
 from envs import InputError
+from envs.registry.spec import is_file
 
 ONE_THREAD = dict.fromkeys(
     (
@@ -39,7 +42,7 @@ _OF_SPEED = re.compile(
     r"|JAX|CUDA|CUBLAS|CUDNN|NVIDIA|MALLOC|TCMALLOC|MIMALLOC|GLIBC|LD|DYLD)_\w+|PYTHON\w+"
 )
 _NOT_OF_SPEED = re.compile(
-    r"LD_LIBRARY_PATH|PYTHON(PATH|HOME|USERBASE|STARTUP|IOENCODING|UTF8|HISTORY|PYCACHEPREFIX"
+    r"LD_LIBRARY_PATH|NUMBA_CACHE_DIR|PYTHON(PATH|HOME|USERBASE|STARTUP|IOENCODING|UTF8|HISTORY|PYCACHEPREFIX"
     r"|DONTWRITEBYTECODE|UNBUFFERED|WARNINGS|SAFEPATH|NOUSERSITE|HASHSEED)"
 )
 
@@ -183,16 +186,20 @@ class Program:
 
 def _changed(name: str) -> InputError:
     return InputError(
-        f"{name} was changed by a package with environments; these may only add to the benchmark, "
-        "whose judge and clock are the same for all"
+        f"{name} was changed by a package with environments or by metrics; these may only add to "
+        "the benchmark, whose judge and clock are the same for all"
     )
 
 
 def _files_of_packages() -> set[str | None]:
-    """The files of all modules that packages with environments have."""
-    packages = {point.module.partition(".")[0] for point in envs.REGISTRY.plugins.points()}
+    """The files of metrics, and of all modules that packages with environments or metrics have."""
+    points = (*envs.REGISTRY.plugins.points(), *entry_points(group=METRIC_GROUP))
+    packages = {point.module.partition(".")[0] for point in points}
+    metrics = sys.modules.get("bench.judging.metrics")  # not for commands that have none
+    registered = metrics.REGISTERED if metrics else ()
+    files = {str(Path(m.origin).resolve()) for m in registered if is_file(m.origin)}
     modules = [m for name, m in sys.modules.items() if name.partition(".")[0] in packages]
-    return {getattr(module, "__file__", None) for module in modules} - {None}
+    return {getattr(module, "__file__", None) for module in modules} - {None} | files
 
 
 def _same(before: object, now: object) -> bool:

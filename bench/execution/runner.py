@@ -6,11 +6,12 @@ import logging
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import cached_property
+from itertools import product
 from time import monotonic
 
-from bench.execution import weights_manager
+from bench.execution import measurement, weights_manager
 from bench.execution.attempt_journal import Underway
-from bench.execution.config import ProblemSet, RunConfig, on_device
+from bench.execution.config import ProblemSet, RunConfig, on_device, repeated
 from bench.execution.planner_queries import minutes_of_training
 from bench.execution.session import BLOCK, Costs, Progress, Session, now
 from bench.execution.slots import Slots
@@ -53,6 +54,8 @@ def run(
     stages = [
         _Stage(config, problem_set, store, session, force) for problem_set in config.problem_sets
     ]
+    for stage in stages:
+        stage.add_missing_metrics()
     if not any(stage.open for stage in stages):
         return
     _announce_training(stages)
@@ -83,7 +86,7 @@ def _announce_training(stages: Sequence[_Stage]) -> None:
 
 
 class _Stage:
-    """One arena of a run: what is still to be measured there, and its measuring."""
+    """One environment of a run: what is still to be measured there, and its measuring."""
 
     def __init__(
         self,
@@ -99,7 +102,7 @@ class _Stage:
         self._session = session
         self._underway = Underway(store.folder)
         self._force = force
-        self._reference_lengths: dict[int, float] = {}
+        self._reference_lengths: dict[tuple[int, int], float] = {}
         self._look()
 
     def _look(self) -> None:
@@ -113,19 +116,27 @@ class _Stage:
             self._config.planner_versions,
             {fingerprint: self._weights},
         )
+        self._held = held
         tried = held[held["status"] != Fault.SKIPPED.value]
-        done = set() if self._force else set(zip(tried["planner"], tried["problem"], strict=True))
+        places = zip(tried["planner"], tried["problem"], tried["repeat"], strict=True)
+        done = set() if self._force else set(places)
         self.open = {
-            (planner.id, index)
+            (planner.id, index, repeat)
             for planner in self._config.planners
             for index in range(self._config.problems)
-            if (planner.id, index) not in done
+            for repeat in range(self._config.repeats)
+            if (planner.id, index, repeat) not in done
         }
         reference = self._config.stop.reference
         if reference:
             of_reference = held[(held["planner"] == reference.id) & (held["solved"] == 1)]
-            lengths = zip(of_reference["problem"], of_reference["length"], strict=True)
-            self._reference_lengths = dict(lengths)
+            solved = zip(of_reference["problem"], of_reference["repeat"], strict=True)
+            self._reference_lengths = dict(zip(solved, of_reference["length"], strict=True))
+
+    def add_missing_metrics(self) -> None:
+        """To what the store holds already."""
+        problems = {problem.index: problem for problem in self._problem_set.problems}
+        measurement.add_missing_metrics(self._store, self._held, self._problem_set.env, problems)
 
     @cached_property
     def minutes_of_training(self) -> float:
@@ -164,7 +175,7 @@ class _Stage:
         }
 
     def _open_planners(self) -> list[Entry[Planner]]:
-        ids = {id for id, _ in self.open}
+        ids = {id for id, _, _ in self.open}
         return [planner for planner in self._config.planners if planner.id in ids]
 
     def run(self, progress: Progress) -> None:
@@ -205,35 +216,45 @@ class _Stage:
     ) -> None:
         with self._slots.taken() as slot:
             supervised.confine(slot.cpus)
-            for problem in block:
-                if (supervised.id, problem.index) not in self.open or supervised.stopped:
+            for repeat, problem in product(range(self._config.repeats), block):
+                if (supervised.id, problem.index, repeat) not in self.open or supervised.stopped:
                     continue
-                if self._underway.has_ended_runs(*self._key(supervised, problem)):
+                key = self._key(supervised, problem, repeat)
+                asked = repeated(problem, repeat)
+                if self._underway.has_ended_runs(*key):
                     attempt = Attempt(Fault.CRASH.value, None, error=_ENDS_RUNS)
                 else:
-                    attempt = self._attempt(supervised, problem)
+                    attempt = supervised.attempt(asked, self._stop_cost(problem, repeat))
                 if supervised.stopped:
                     return  # the run is being interrupted: what came back is not a result
-                with self._underway.judging(*self._key(supervised, problem)):
-                    record = self._judged(slot.judge, supervised, problem, attempt)
+                with self._underway.judging(*key):
+                    record = self._judged(slot.judge, supervised, asked, repeat, attempt)
                     self._store.put(record)
                 progress.add(record)
 
-    def _attempt(self, supervised: SupervisedPlanner, problem: Problem) -> Attempt:
-        stop_cost = self._config.stop.stop_cost(self._reference_lengths.get(problem.index))
-        return supervised.attempt(problem, stop_cost)
+    def _stop_cost(self, problem: Problem, repeat: int) -> float:
+        reached = self._reference_lengths.get((problem.index, repeat))
+        return self._config.stop.stop_cost(reached)
 
-    def _key(self, supervised: SupervisedPlanner, problem: Problem) -> tuple[object, ...]:
+    def _key(
+        self, supervised: SupervisedPlanner, problem: Problem, repeat: int
+    ) -> tuple[object, ...]:
         """What makes an attempt the same in another run into the same folder."""
         config, fingerprint = self._config, self._problem_set.env.fingerprint
         who = supervised.id, config.planner_versions[supervised.id], supervised.weights
-        return *who, fingerprint, problem.index, config.seed, config.settings_digest
+        again = (repeat,) if repeat else ()  # the first as before there were repeats
+        return *who, fingerprint, problem.index, config.seed, config.settings_digest, *again
 
     def _judged(
-        self, judge: Judge, supervised: SupervisedPlanner, problem: Problem, attempt: Attempt
+        self,
+        judge: Judge,
+        supervised: SupervisedPlanner,
+        problem: Problem,
+        repeat: int,
+        attempt: Attempt,
     ) -> Record:
         begin = monotonic()
-        judged = judge(problem, attempt.path) if attempt.claims else None
+        judged = measurement.judged(judge, problem, attempt)
         spent = monotonic() - begin
         self._session.add(Costs(attempts=1, solve_s=attempt.solve_s or 0.0, judge_s=spent))
         verdict = judged.verdict.value if judged else ""
@@ -243,6 +264,7 @@ class _Stage:
             attempt,
             judged,
             run_id=self._session.run_id,
+            repeat=repeat,
             outcome=what,
             measured_at=now(),
             path=encode_path(attempt.path),
@@ -250,9 +272,9 @@ class _Stage:
         reference = self._config.stop.reference
         if reference and supervised.id == reference.id:
             # Measured anew, it may fail where it once solved.
-            self._reference_lengths.pop(problem.index, None)
-            if record.solved and record.length:
-                self._reference_lengths[problem.index] = record.length
+            self._reference_lengths.pop((problem.index, repeat), None)
+            if judged is not None and judged.length and record.solved:
+                self._reference_lengths[problem.index, repeat] = judged.length
         return record
 
 

@@ -1,4 +1,4 @@
-"""When planners that could go on improving their path stop, so that their times compare."""
+"""When planners that could go on improving their path stop."""
 
 from __future__ import annotations
 
@@ -69,20 +69,38 @@ class StopRule:
 
 
 def paper_rule(worlds: Sequence[World]) -> tuple[str, list[str]]:
-    """The paper's rule, as far as its reference is there, and what is to be said about it: MPNet's
-    weights are half an hour's work, which a default should not cost."""
-    mpnet = planners.REGISTRY.entry("mpnet")
-    reason = _unsupported_in_any(mpnet, worlds)
-    if reason is None and not any(queries.lacks_weights(mpnet, world) for world in worlds):
-        return "match:mpnet", []
-    why = reason or "it has no weights here"
-    without = _unsupported_in_any(planners.REGISTRY.entry("fmm"), worlds)
-    if without is not None:
-        return "first", [
-            "--stop paper: planners stop at their first solution, as no length is there to match "
-            f"(mpnet: {why}; fmm: {without})"
-        ]
-    return "match:fmm", [f"--stop paper: fmm sets the length to match, as mpnet does not: {why}"]
+    """The paper's rule, as far as one of the planners that serve as its reference is there, and
+    what is to be said about it: weights may be half an hour's work, which a default should not
+    cost."""
+    missing: dict[str, str] = {}
+    for planner in _references():
+        why = _why_no_reference(planner, worlds)
+        if why is None:
+            first = next(iter(missing), None)
+            return f"match:{planner.id}", [] if first is None else [
+                f"--stop paper: {planner.id} sets the length to match, as {first} does not: "
+                f"{missing[first]}"
+            ]
+        missing[planner.id] = why
+    reasons = "; ".join(f"{id}: {why}" for id, why in missing.items())
+    return "first", [
+        "--stop paper: planners stop at their first solution, as no length is there to match "
+        f"({reasons})"
+    ]
+
+
+def _references() -> list[Entry[Planner]]:
+    """The planners of ours that may set the length to match, the best first."""
+    ours = [spec for spec in planners.REGISTRY.known() if spec.reference > 0 and not spec.origin]
+    best_first = sorted(ours, key=lambda spec: -spec.reference)
+    return [planners.REGISTRY.entry(spec.id) for spec in best_first]
+
+
+def _why_no_reference(planner: Entry[Planner], worlds: Sequence[World]) -> str | None:
+    reason = _unsupported_in_any(planner, worlds)
+    if reason is None and any(queries.lacks_weights(planner, world) for world in worlds):
+        return "it has no weights here"
+    return reason
 
 
 def _unsupported_in_any(planner: Entry[Planner], worlds: Sequence[World]) -> str | None:

@@ -10,6 +10,7 @@ from typing import Any
 
 from bench.execution import machine
 from bench.execution.config import ProblemSet, RunConfig, on_device
+from bench.execution.measurement import stored_metrics
 from bench.execution.session import Costs, Session
 from bench.execution.worker_process import Attempt, SetUp, WorkerProcess
 from bench.judging.judge import Judgement
@@ -108,11 +109,7 @@ class SupervisedPlanner:
             solve_s=attempt.solve_s,
             cpu_s=attempt.cpu_s,
             load=attempt.load,
-            length=judged.length if judged else None,
-            safety_margin=judged.safety_margin if judged else None,
-            travel_time=judged.travel_time if judged else None,
-            smoothness=judged.smoothness if judged else None,
-            waypoints=judged.waypoints if judged else None,
+            metrics=stored_metrics(judged),
             collision_checks=checks if isinstance(checks, int) else None,
             peak_memory_mb=attempt.peak_memory_mb,
             attempt_memory_mb=attempt.attempt_memory_mb,

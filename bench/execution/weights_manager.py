@@ -18,6 +18,7 @@ from bench.execution.session import TrainingProgress
 from bench.execution.worker_process import SetUp
 from bench.storage.record import Fault
 from envs import Environment, InputError
+from envs.errors import input_error_of
 from envs.registry import Entry
 from envs.seeding import TEST_SEEDS
 from planners import Planner
@@ -174,10 +175,8 @@ def _checkpoint(name: str, env: Environment, how: str) -> Path:
     """A file that no training in another way shares."""
     folder = weight_files.cache_folder() / "training"
     digest = hashlib.sha256(how.encode()).hexdigest()[:12]
-    try:
+    with input_error_of(f"cannot keep checkpoints in {folder}"):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot keep checkpoints in {folder}: {error}") from error
     return folder / f"{name}-{env.fingerprint}-{digest}.checkpoint"
 
 

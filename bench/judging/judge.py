@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from bench.judging import metrics
+from bench.judging.path_numbers import path_length
 from bench.storage.record import MOST_WAYPOINTS, Verdict
 from envs import Environment, Path, Problem
 from envs.collision.continuous import FIRST_QUERIES, UndecidedError
@@ -29,7 +30,8 @@ class Judgement:
     """A verdict with its reason, and the path's numbers as far as they mean something.
 
     `safety_margin` is the least clearance along the path, in workspace units, to the judge's
-    tolerance; None unless the path is valid.
+    tolerance; None unless the path is valid. `metrics` has a valid path's value of each metric by
+    name, where the caller asked for them (`bench.judge` does).
     """
 
     verdict: Verdict
@@ -37,8 +39,7 @@ class Judgement:
     waypoints: int | None = None
     length: float | None = None
     safety_margin: float | None = None
-    travel_time: float | None = None
-    smoothness: float | None = None
+    metrics: Mapping[str, float | None] = field(default_factory=dict)
 
 
 class Judge:
@@ -54,6 +55,11 @@ class Judge:
         self._env = env
         self._model = env.collision_model()
         self._diagonal = float(np.linalg.norm(env.upper - env.lower))
+
+    @property
+    def env(self) -> Environment:
+        """The environment that it judges in."""
+        return self._env
 
     def __call__(self, problem: Problem, claimed: Array | None) -> Judgement:
         """The verdict on a path (k, d) claimed for `problem`."""
@@ -75,7 +81,7 @@ class Judge:
             where = int(np.argmin(inside))
             reason = f"waypoint {where} of {len(path)} is out of bounds"
             return Judgement(Verdict.OUT_OF_BOUNDS, reason, len(path))
-        length = metrics.path_length(path)
+        length = path_length(path)
         too_long = self._too_long(path, length)
         if too_long:
             return Judgement(Verdict.NOT_JUDGED, too_long, len(path), length)
@@ -87,15 +93,7 @@ class Judge:
             return Judgement(Verdict.NOT_JUDGED, reason, len(path), length)
         if margin <= self._model.tolerance:
             return Judgement(Verdict.COLLISION, "not proved free of collision", len(path), length)
-        return Judgement(
-            Verdict.VALID,
-            "",
-            len(path),
-            length,
-            margin,
-            metrics.travel_time(path, self._env.speed, self._diagonal / 1000),
-            metrics.smoothness(path),
-        )
+        return Judgement(Verdict.VALID, "", len(path), length, margin)
 
     def _too_long(self, path: Array, length: float) -> str:
         """Why a path is not looked at, if it is not."""

@@ -1,89 +1,187 @@
-"""Numbers that describe a path, pure functions of waypoints (k, d), and which problems a straight
-line does not solve.
+"""The metrics: one entry each, in the order of the tables.
+
+What is added here, or by `registered`, is computed for every verified solution, kept in records,
+and shown by every table, chart, comparison and report.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
-from envs import Environment, Problem
+from bench.judging.metric import (
+    CONFIGURATION_UNIT,
+    DIFFERENCE,
+    HIGHER,
+    LOWER,
+    WORKSPACE_UNIT,
+    Metric,
+    SolvedAttempt,
+    defined,
+)
+from bench.judging.path_numbers import greatest_turn, path_length, pieces, smoothness
+from bench.judging.traversal import traversal_time
+from envs import Environment, InputError, Problem
 from envs.problem import Array
 
-MOST_PIECES = 100_000
-"""In which a path's time of travel is summed."""
+_PIECES_OF_DIAGONAL = 1000
+"""Integrals along a path are summed in pieces no longer than this part of the bounds' diagonal."""
 
 
-def path_length(waypoints: Array) -> float:
-    """The sum of the Euclidean lengths of the segments, in the unit of the configurations."""
-    return float(np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum())
+class _Clearances(threading.local):
+    """Of the path that was last looked at in a thread: two metrics need them, and they cost most of
+    judging."""
+
+    def __init__(self) -> None:
+        self._of: tuple[Environment, Array] | None = None
+        self._found: tuple[Array, Array] = np.zeros(0), np.zeros(0)
+
+    def along(self, env: Environment, path: Array) -> tuple[Array, Array]:
+        """Clearances (n,) in workspace units at the middles of pieces, and the pieces' lengths."""
+        if self._of is None or self._of[0] is not env or self._of[1] is not path:
+            diagonal = float(np.linalg.norm(env.upper - env.lower))
+            middles, lengths = pieces(path, diagonal / _PIECES_OF_DIAGONAL)
+            self._found = env.clearance(middles), lengths
+            self._of = env, path
+        return self._found
 
 
-def travel_time(waypoints: Array, speed: Callable[[Array], Array], spacing: float) -> float:
-    """The time of travel along the path at the speed field S*: the integral of ds / S*(q).
+_CLEARANCES = _Clearances()
 
-    Midpoint rule with pieces no longer than `spacing`, or `MOST_PIECES` of them.
+
+def _time(env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt) -> float | None:
+    return attempt.solve_s
+
+
+def _length(env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt) -> float:
+    return path_length(path)
+
+
+def _margin(env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt) -> float:
+    return attempt.safety_margin
+
+
+def _first_time(
+    env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
+) -> float | None:
+    history = attempt.cost_history
+    return float(history[0, 0]) if len(history) else None
+
+
+def _travel_time(env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt) -> float:
+    """The integral of ds / S*(q), S* being the speed of equation 3."""
+    clearances, lengths = _CLEARANCES.along(env, path)
+    return float((lengths / env.speed_model(clearances)).sum())
+
+
+def _mean_clearance(
+    env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
+) -> float:
+    """The integral of the clearance along the path, by its length; of a path of no length, the
+    clearance where it stands."""
+    clearances, lengths = _CLEARANCES.along(env, path)
+    whole = lengths.sum()
+    return float(clearances @ lengths / whole) if whole > 0 else float(clearances.mean())
+
+
+def _smoothness(env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt) -> float:
+    return smoothness(path)
+
+
+def _waypoints(env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt) -> float:
+    return len(path)
+
+
+def _greatest_turn(
+    env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
+) -> float:
+    return greatest_turn(path)
+
+
+def _duration(
+    env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
+) -> float | None:
+    limits = env.velocity_limits
+    return None if limits is None else traversal_time(path, limits)
+
+
+METRICS = (
+    Metric("time_s", "time", "s", 3, LOWER, _time, timed=True, primary=True),
+    Metric("length", "length", CONFIGURATION_UNIT, 2, LOWER, _length, primary=True),
+    Metric(
+        *("safety_margin", "safety margin", WORKSPACE_UNIT, 2, HIGHER, _margin),
+        effect=DIFFERENCE,
+        primary=True,
+    ),
+    Metric("first_solution_s", "first solution", "s", 3, LOWER, _first_time, timed=True),
+    Metric("travel_time", "travel time", "at speed S*", 2, LOWER, _travel_time),
+    Metric("mean_clearance", "mean clearance", WORKSPACE_UNIT, 2, HIGHER, _mean_clearance),
+    Metric("smoothness", "smoothness", "", 3, LOWER, _smoothness),
+    Metric("greatest_turn", "greatest turn", "deg", 1, LOWER, _greatest_turn),
+    Metric("waypoints", "waypoints", "", 1, LOWER, _waypoints),
+    Metric("duration_s", "duration", "s", 2, LOWER, _duration),
+)
+"""This program's own."""
+
+RESERVED = ("success",)
+"""Names of what is compared beside metrics."""
+
+
+class _Registered:
+    """All metrics by name: this program's, and those that users add."""
+
+    def __init__(self) -> None:
+        self._metrics = {metric.name: metric for metric in METRICS}
+
+    def __iter__(self) -> Iterator[Metric]:
+        return iter(tuple(self._metrics.values()))
+
+    def add(self, metric: Metric, taken: Sequence[str]) -> None:
+        """Raises InputError if there is another of its name, or something else in tables."""
+        if metric.name in self._metrics or metric.name in (*RESERVED, *taken):
+            raise InputError(
+                f"metric {metric.name!r} of {metric.origin}: the name is taken; choose another"
+            )
+        self._metrics[metric.name] = metric
+
+    def remove(self, metric: Metric) -> None:
+        """Of those that were added."""
+        del self._metrics[metric.name]
+
+
+REGISTERED = _Registered()
+
+
+@contextmanager
+def registered(metrics: Sequence[Metric], taken: Sequence[str] = ()) -> Iterator[None]:
+    """Adds metrics as long as the context lasts.
 
     Args:
-        speed: (n, d) -> (n,), positive.
-        spacing: in the unit of the configurations.
+        taken: further names that they must not have, as columns of records.
+
+    Raises:
+        InputError: a name is taken.
     """
-    steps = np.diff(waypoints, axis=0)
-    lengths = np.linalg.norm(steps, axis=1)
-    counts = np.maximum(np.ceil(lengths / spacing), 1)
-    if counts.sum() > MOST_PIECES:
-        return _time_in_equal_pieces(waypoints, lengths, speed)
-    pieces = counts.astype(int)
-    segment = np.repeat(np.arange(len(steps)), pieces)
-    place = np.arange(len(segment)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    t = (place + 0.5) / pieces[segment]
-    points = waypoints[segment] + t[:, None] * steps[segment]
-    return float(((lengths / pieces)[segment] / speed(points)).sum())
+    added = []
+    try:
+        for metric in metrics:
+            REGISTERED.add(metric, taken)
+            added.append(metric)
+        yield
+    finally:
+        for metric in added:
+            REGISTERED.remove(metric)
 
 
-def _time_in_equal_pieces(
-    waypoints: Array, lengths: Array, speed: Callable[[Array], Array]
-) -> float:
-    along = np.concatenate([[0.0], np.cumsum(lengths)])
-    places = (np.arange(MOST_PIECES) + 0.5) / MOST_PIECES * along[-1]
-    points = np.column_stack([np.interp(places, along, axis) for axis in waypoints.T])
-    return float((along[-1] / MOST_PIECES / speed(points)).sum())
-
-
-def smoothness(waypoints: Array) -> float:
-    """OMPL's `PathGeometric::smoothness`: the sum over inner waypoints of (2 angle / (a + b))^2,
-    angle being the turn there and a, b the lengths of the segments that meet. 0 is straight.
-
-    Steps shorter than 1e-9, the judge's idea of rounding, are left out.
-    """
-    steps = np.diff(waypoints, axis=0)
-    lengths = np.linalg.norm(steps, axis=1)
-    long = lengths > 1e-9
-    steps, lengths = steps[long], lengths[long]
-    if len(steps) < 2:
-        return 0.0
-    directions = steps / lengths[:, None]
-    before, after = directions[:-1], directions[1:]
-    # Twice the angle's half by its tangent: exact for small turns, where arccos is not.
-    angle = 2 * np.arctan2(
-        np.linalg.norm(after - before, axis=1), np.linalg.norm(after + before, axis=1)
-    )
-    return float(((2 * angle / (lengths[:-1] + lengths[1:])) ** 2).sum())
-
-
-BLOCKED, FREE = "B", "F"
-"""A letter each, of the problems 0, 1, ..., as runs note them."""
-
-
-def straight_lines(env: Environment, problems: Sequence[Problem]) -> str:
-    """Of each problem whether its straight line is BLOCKED or FREE, by the check that the judge
-    has, at its tolerance."""
-    model = env.collision_model()
-    free = (model.segment_is_free(problem.start, problem.goal) for problem in problems)
-    return "".join(FREE if is_free else BLOCKED for is_free in free)
-
-
-def share_blocked(letters: str) -> float:
-    """The share of blocked straight lines, to four digits; 0 without problems."""
-    return round(letters.count(BLOCKED) / max(len(letters), 1), 4)
+def known_metrics(definitions: Sequence[dict[str, Any]] = ()) -> tuple[Metric, ...]:
+    """All registered ones, and those that runs have values of by these definitions."""
+    found = {metric.name: metric for metric in REGISTERED}
+    for definition in definitions:
+        if definition.get("name") not in found:
+            metric = defined(definition)
+            found[metric.name] = metric
+    return tuple(found.values())

@@ -16,11 +16,12 @@ from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import difference_interval
 from bench.analysis.summary import summarise
 from bench.execution.config import make_run_config
+from bench.judging.metrics import METRICS
 from bench.paper.experiment import Experiment, Place, Section, Table
 from bench.report import formatting
 
-MEASURES = {"time_s": ("time s", 3), "length": ("length", 2), "safety_margin": ("margin", 2)}
-"""What the paper's tables have besides success: by the summary's names, titles and digits."""
+MEASURES = {metric.name: metric for metric in METRICS if metric.primary}
+"""What the paper's tables have besides success."""
 
 _OURS = ("env", "planner", "attempted", "solved", "success_low", "success_high", "reason")
 _COMPARED = (
@@ -73,7 +74,7 @@ class Comparison(Experiment):
             self.name,
             self.heading,
             self.caption(scaled if place.quick else "", run.caption, _HOW),
-            Table([_cells(row) for row in rows], pd.DataFrame(rows)),
+            Table([_cells(row, run) for row in rows], pd.DataFrame(rows)),
             remarks=[f"`{planner}`: {text}" for planner, text in self.explained.items()],
         )
 
@@ -98,7 +99,8 @@ def rows_beside(run: RunResults, figures: pd.DataFrame) -> list[dict[str, Any]]:
     planners = list(dict.fromkeys(planner for _, planner in run.order))
     for env, theirs in figures.groupby("env", sort=False):
         records = run.records.assign(env=ALL) if env == ALL else run.records
-        ours = summarise(records, [(str(env), planner) for planner in planners])
+        order = [(str(env), planner) for planner in planners]
+        ours = summarise(records, order, run.metrics)
         by_planner = theirs.set_index("planner").reindex(columns=_COMPARED)
         rows += [_row(own, by_planner) for own in ours.to_dict("records")]
     return rows
@@ -127,7 +129,7 @@ def _finding(row: dict[str, Any]) -> PaperVerdict:
     return replace(found, reason=f"{found.reason}; {ratio:.2g} of its time, on another machine")
 
 
-def _cells(row: dict[str, Any]) -> dict[str, str]:
+def _cells(row: dict[str, Any], run: RunResults) -> dict[str, str]:
     paper_rate = 100 * row["paper_success_rate"]
     shown = {
         "env": row["env"],
@@ -136,8 +138,9 @@ def _cells(row: dict[str, Any]) -> dict[str, str]:
         "success %": formatting.success(row),
         "paper's": "-" if math.isnan(paper_rate) else f"{paper_rate:g}",
     }
-    for name, (title, digits) in MEASURES.items():
-        shown[title] = _moments(row, name, digits)
+    for name, metric in MEASURES.items():
+        title = run.heading(metric)
+        shown[title] = _moments(row, name, metric.digits)
         shown[f"paper's {title}"] = _moments(row, f"paper_{name}", 2)
     return shown | {"verdict": f"**{row['verdict']}**: {row['reason']}"}
 

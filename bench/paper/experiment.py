@@ -103,6 +103,10 @@ class Experiment(ABC):
         note: what else is to be known.
     """
 
+    # Read by pydantic, which checks files against the annotations: what is not named is a mistake,
+    # and nothing is taken for what it is not.
+    __pydantic_config__ = {"extra": "forbid", "strict": True, "allow_inf_nan": False}  # noqa: RUF012
+
     name: str
     order: int
     title: str

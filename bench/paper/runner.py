@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import sys
-import types
-import typing
 from collections.abc import Iterable, Sequence
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -123,31 +122,35 @@ def _read(file: Path) -> Experiment:
     made = KINDS.get(kind) if isinstance(kind, str) else None
     if made is None:
         raise InputError(f"{file}: kind {brief(kind)}; {suggestion(brief(kind), KINDS)}")
-    known = {one.name: one for one in fields(made) if one.name != "name"}
-    for key in data:
-        if key not in known:
-            raise InputError(f"{file}: unknown key {key!r}; {suggestion(key, known)}")
-    for key, one in known.items():
-        if key not in data and one.default is MISSING and one.default_factory is MISSING:
-            raise InputError(f"{file}: {key} is missing")
-    types_of = typing.get_type_hints(made)
-    checked = {key: _checked(value, types_of[key], f"{file}: {key}") for key, value in data.items()}
-    return made(name=file.stem, **checked)
+    try:
+        return _checked(made, file.stem, data)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from error
 
 
-def _checked(value: Any, wanted: Any, what: str) -> Any:
-    """A value of a TOML file as its type wants it, lists as tuples."""
-    origin, arguments = typing.get_origin(wanted), typing.get_args(wanted)
-    if origin is tuple and isinstance(value, list):
-        several = arguments[:1] * len(value) if arguments[-1] is ... else arguments
-        if len(several) == len(value):
-            return tuple(_checked(v, t, what) for v, t in zip(value, several, strict=True))
-    elif origin is dict and isinstance(value, dict):
-        return {key: _checked(v, arguments[1], what) for key, v in value.items()}
-    elif origin is types.UnionType:
-        return _checked(value, arguments[0], what)  # TOML has no None
-    elif wanted is float and type(value) in (int, float) and abs(value) <= sys.float_info.max:
-        return float(value)
-    elif type(value) is wanted:
-        return value
-    raise InputError(f"{what}: {brief(value)} is not of the kind that belongs there")
+def _checked(kind: type[Experiment], name: str, data: dict[str, Any]) -> Experiment:
+    """An experiment of a kind from what its file says, checked against its annotations."""
+    import pydantic  # a quarter of a second, which other commands save
+
+    if "name" in data:
+        raise InputError(f"unknown key 'name'; an experiment is called as its file, {name!r}")
+
+    # As JSON, in which lists stand for tuples and nothing else is taken for what it is not.
+    text = json.dumps({**data, "name": name}, default=lambda odd: {"": str(odd)})
+    try:
+        return pydantic.TypeAdapter(kind).validate_json(text)
+    except pydantic.ValidationError as error:
+        found = min(error.errors(include_url=False), key=lambda one: _GRAVEST.get(one["type"], 2))
+        key = str(found["loc"][0])
+        if found["type"] == "unexpected_keyword_argument":
+            known = [one.name for one in fields(kind) if one.name != "name"]
+            said = f"unknown key {key!r}; {suggestion(key, known)}"
+        elif found["type"] == "missing":
+            said = f"{key} is missing"
+        else:
+            said = f"{key}: {brief(found['input'])} is not of the kind that belongs there"
+        raise InputError(said) from error
+
+
+_GRAVEST = {"unexpected_keyword_argument": 0, "missing": 1}
+"""What is said first of a file with several mistakes."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,35 +11,47 @@ import pandas as pd
 from bench.analysis.comparison.table import CONFIDENCE, SUCCESS
 from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import effects
+from bench.judging.metric import Metric
 from bench.report import markdown
 from envs import InputError
 
-NOTE = (
-    "Verdicts are of B, by A: better is more success, less time, a shorter path, a larger margin; "
+_NOTE = (
+    "Verdicts are of B, by A: better is {better}; "
     "same means that no difference was shown, not that there is none. Success is of the n problems "
     "that both were measured on, with McNemar's exact test; the rest are medians over the n that "
     "both solved, with Wilcoxon's signed-rank test. B / A is Hodges and Lehmann's estimate of B by "
-    "A on a problem, of time and length, and B - A of margins (and where one is not positive), "
+    "A on a problem, and B - A of margins and where a value is not positive, "
     f"with the {100 * CONFIDENCE:.0f} % interval that goes with the test; where both are the same "
     "on some problems, it is about the others, whose number stands there. Corrected p are Holm's "
     f"for all tests of the table. A difference is shown if that is at most {1 - CONFIDENCE:.2g}."
 )
 
-_LABELS = {SUCCESS: "success", "time_s": "time s", "length": "length", "safety_margin": "margin"}
 _LEAST_P = 1e-4  # smaller ones are printed as such
 
 
-def text(a: RunResults, b: RunResults, table: pd.DataFrame, left_out: Sequence[str]) -> str:
-    """How the runs came about, the table of `compare`, and notes on what it means, on what does
-    not compare, and on what was left out."""
+def text(
+    a: RunResults,
+    b: RunResults,
+    table: pd.DataFrame,
+    left_out: Sequence[str],
+    metrics: Sequence[Metric],
+) -> str:
+    """How the runs came about, the table of `compare` by some metrics, and notes on what it means,
+    on what does not compare, and on what was left out."""
+    labels = {SUCCESS: SUCCESS, **{metric.name: a.heading(metric) for metric in metrics}}
     names = [f"{side}: {_folders(run)}. {run.caption}" for side, run in (("A", a), ("B", b))]
     heading = names if a is not b else [f"A and B: {names[0].removeprefix('A: ')}"]
-    rows = [_cells(row) for row in table.to_dict("records")]
-    parts = [*heading, markdown.table(rows), NOTE]
-    remarks = [*_reasons(table), *(f"Left out: {reason}." for reason in left_out)]
+    rows = [_cells(row, labels) for row in table.to_dict("records")]
+    parts = [*heading, markdown.table(rows), _NOTE.format(better=_better(metrics))]
+    remarks = [*_reasons(table, labels), *(f"Left out: {reason}." for reason in left_out)]
     if remarks:
         parts.append("\n".join(f"- {remark}" for remark in remarks))
     return "\n\n".join(parts) + "\n"
+
+
+def _better(metrics: Sequence[Metric]) -> str:
+    directions = [f"a {metric.better} {metric.title}" for metric in metrics]
+    return ", ".join(["more success", *directions])
 
 
 def write_csv(table: pd.DataFrame, file: Path) -> None:
@@ -58,13 +70,13 @@ def _folders(run: RunResults) -> str:
     return ", ".join(f"`{folder}`" for folder in run.folders)
 
 
-def _cells(row: dict[Any, Any]) -> dict[str, str]:
+def _cells(row: dict[Any, Any], labels: Mapping[str, str]) -> dict[str, str]:
     success = row["measure"] == SUCCESS
     return {
         "env": row["env"],
         "A": row["planner_a"],
         "B": row["planner_b"],
-        "measure": _LABELS[row["measure"]],
+        "measure": labels[row["measure"]],
         "n": f"{row['n']}",
         "of A": _value(row["value_a"], success),
         "of B": _value(row["value_b"], success),
@@ -98,7 +110,7 @@ def _p(p: float) -> str:
     return f"< {_LEAST_P:.4f}" if p < _LEAST_P else f"{p:.4f}"
 
 
-def _reasons(table: pd.DataFrame) -> list[str]:
+def _reasons(table: pd.DataFrame, labels: Mapping[str, str]) -> list[str]:
     """Why some measures do not compare, each reason once."""
     without = table[table["reason"] != ""]
     lines = []
@@ -107,5 +119,5 @@ def _reasons(table: pd.DataFrame) -> list[str]:
             f"{env} {a}" if a == b else f"{env} {a} and {b}"
             for env, a, b in rows[["env", "planner_a", "planner_b"]].itertuples(index=False)
         ]
-        lines.append(f"Not comparable, {_LABELS[str(measure)]}: {reason} ({'; '.join(where)}).")
+        lines.append(f"Not comparable, {labels[str(measure)]}: {reason} ({'; '.join(where)}).")
     return lines

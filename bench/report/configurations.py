@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import trimesh
 
-from envs.collision.shapes import Cylinder, Obstacle, PlacedShape, triangulated
+from envs.collision.shapes import Cylinder, Obstacle, PlacedShape
 from envs.problem import Array
 from envs.robots.arm import Arm
 from envs.scenes.arm_world import ArmWorld
@@ -24,7 +24,7 @@ _END = 0.98
 
 def triangles_of(obstacles: Sequence[Obstacle]) -> Array:
     """The surfaces (n, 3, 3) of solids and obstacles, in the frame that they are placed in."""
-    surfaces = [np.asarray(triangulated(obstacle).triangles) for obstacle in obstacles]
+    surfaces = [np.asarray(obstacle.triangulate().triangles) for obstacle in obstacles]
     return np.concatenate([np.zeros((0, 3, 3)), *surfaces])
 
 
@@ -60,9 +60,7 @@ class ArmShape:
     def __init__(self, arm: Arm) -> None:
         self._arm = arm
         moving, fixed = arm.parts[: arm.moving], arm.parts[arm.moving :]
-        self._surfaces = [
-            triangles_of([PlacedShape(part.placed.solid, np.eye(4))]) for part in moving
-        ]
+        self._surfaces = [triangles_of([part.placed.solid]) for part in moving]
         self._tip = self._tip_of_last_link()
         self.base = triangles_of([part.placed for part in fixed] or _stand(arm))
 

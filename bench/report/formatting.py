@@ -12,6 +12,9 @@ from typing import Any
 
 import pandas as pd
 
+from bench.analysis.run_results import RunResults
+from bench.judging.metric import Metric
+
 NUMERIC = ("problems", "n", "offline s")
 """Columns to set flush right."""
 
@@ -31,8 +34,8 @@ REACHED_NOTE = (
     "takes for ever (a dash: most were not), and the share that was."
 )
 
-BLOCKED_SUCCESS, BLOCKED_LENGTH = "blocked: success %", "blocked: length"
-"""Titles of what is of the problems alone whose straight line is blocked."""
+BLOCKED_SUCCESS = "blocked: success %"
+"""The title of success on the problems alone whose straight line is blocked."""
 
 WORDS = ("held to",)
 """Columns of words, besides names and outcomes."""
@@ -43,22 +46,24 @@ NONE = "-"
 _LONGEST_REASON = 120
 
 
-def success_note(spread: str) -> str:
+def success_note(run: RunResults) -> str:
     """What the main table's numbers are."""
+    names = [metric.title for metric in _primary(run)]
+    named = f"{', '.join(names[:-1])} and {names[-1]}".capitalize()
     return (
-        f"Time, length and safety margin are over verified successes: mean ± {SPREADS[spread]} "
+        f"{named} are over verified successes: mean ± {SPREADS[run.spread]} "
         "(median). Success is of all attempts, with the 95 % Wilson interval; a dash stands where "
         "nothing was attempted, with the reason under outcomes. Offline is setup, "
         "and training of the weights in use."
     )
 
 
-def success_rows(summary: pd.DataFrame, spread: str) -> list[dict[str, str]]:
-    """The main table, column names to cells; see `bench.analysis.summary.summarise`.
-
-    `spread` is one of `SPREADS`. Where it is known which straight lines are blocked, success and
-    length on those problems have columns of their own.
+def success_rows(run: RunResults) -> list[dict[str, str]]:
+    """The main table, column names to cells: success and the primary metrics. Where it is known
+    which straight lines are blocked, success and length on those problems have columns of their
+    own.
     """
+    summary = run.summary
     known = summary["blocked_attempted"].notna().any()
     return [
         {
@@ -66,10 +71,8 @@ def success_rows(summary: pd.DataFrame, spread: str) -> list[dict[str, str]]:
             "planner": row["planner"],
             "problems": f"{row['problems']}",
             "success %": success(row),
-            "time s": _moments(row, "time_s", spread, 3),
-            "length": _moments(row, "length", spread, 2),
-            "safety margin": _moments(row, "safety_margin", spread, 2),
-            **(_blocked(row) if known else {}),
+            **{run.heading(m): _moments(row, m, run.spread) for m in _primary(run)},
+            **(_blocked(row, run) if known else {}),
             "offline s": number(row["offline_s"], 2),
             "outcomes": counted(outcomes(row)) + because(row),
         }
@@ -77,19 +80,52 @@ def success_rows(summary: pd.DataFrame, spread: str) -> list[dict[str, str]]:
     ]
 
 
-def common_rows(common: pd.DataFrame) -> list[dict[str, str]]:
+FURTHER_NOTE = "Further metrics of verified successes, each as above:"
+
+
+def further_rows(run: RunResults) -> list[dict[str, str]]:
+    """The table of the metrics that are not in the main one, of those that have values here."""
+    summary = run.summary
+    metrics = [
+        metric
+        for metric in run.metrics
+        if not metric.primary and summary[f"{metric.name}_mean"].notna().any()
+    ]
+    if not metrics:
+        return []
+    return [
+        {
+            "env": row["env"],
+            "planner": row["planner"],
+            **{run.heading(metric): _moments(row, metric, run.spread) for metric in metrics},
+        }
+        for row in summary.to_dict("records")
+    ]
+
+
+def metric_columns(run: RunResults) -> dict[str, str]:
+    """Of each metric's title in tables the column of the summary with its mean."""
+    means = {run.heading(metric): f"{metric.name}_mean" for metric in run.metrics}
+    return means | {blocked_length(run): "blocked_length_mean"}
+
+
+def _primary(run: RunResults) -> list[Metric]:
+    return [metric for metric in run.metrics if metric.primary]
+
+
+def common_rows(run: RunResults) -> list[dict[str, str]]:
     """The table of commonly solved problems; see `bench.analysis.summary.common_problems`."""
+    compared = [metric for metric in _primary(run) if not metric.timed]
     return [
         {
             "env": row["env"],
             "planner": row["planner"],
             "n": f"{row['problems']}",
-            "length": number(row["length_mean"], 2),
-            "safety margin": number(row["safety_margin_mean"], 2),
+            **{run.heading(m): number(row[f"{m.name}_mean"], m.digits) for m in compared},
             "held to": NONE if pd.isna(row["held_to"]) else str(row["held_to"]),
             **{title: _reached(row, level) for level, title in REACHED.items()},
         }
-        for row in common.to_dict("records")
+        for row in run.common.to_dict("records")
     ]
 
 
@@ -102,12 +138,18 @@ def _reached(row: dict[Any, Any], level: str) -> str:
     return f"{seconds} ({100 * share:.0f} %)"
 
 
-def _blocked(row: dict[Any, Any]) -> dict[str, str]:
+def blocked_length(run: RunResults) -> str:
+    """The title of the length there."""
+    [length] = [metric for metric in run.metrics if metric.name == "length"]
+    return f"blocked: {run.heading(length)}"
+
+
+def _blocked(row: dict[Any, Any], run: RunResults) -> dict[str, str]:
     """What a planner did where the straight line is blocked."""
     rate = row["blocked_success_rate"]
     return {
         BLOCKED_SUCCESS: NONE if pd.isna(rate) else _percent(rate),
-        BLOCKED_LENGTH: number(row["blocked_length_mean"], 2),
+        blocked_length(run): number(row["blocked_length_mean"], 2),
     }
 
 
@@ -173,9 +215,9 @@ def counted(outcomes: dict[str, str]) -> str:
     return ", ".join(f"{name} {count}" for name, count in outcomes.items())
 
 
-def _moments(row: dict[Any, Any], name: str, spread: str, digits: int) -> str:
+def _moments(row: dict[Any, Any], metric: Metric, spread: str) -> str:
     mean, around, median = (
-        number(row[f"{name}_{of}"], digits) for of in ("mean", spread, "median")
+        number(row[f"{metric.name}_{of}"], metric.digits) for of in ("mean", spread, "median")
     )
     return NONE if mean == NONE else f"{mean} ± {around} ({median})"
 

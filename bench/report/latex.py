@@ -25,6 +25,7 @@ _PREFACE = f"""\
 """
 
 _SUCCESS = "Success, time, length and safety margin."
+_FURTHER = "Further metrics of verified successes."
 _COMMON = "Mean length and safety margin on the problems that every planner solved."
 
 _SPECIAL = {
@@ -64,27 +65,29 @@ _BREAK = r"\allowbreak{}"
 
 
 def write(run: RunResults, file: Path) -> None:
-    """Writes both tables, each a float with caption and label."""
+    """Writes the tables, each a float with caption and label."""
     file.write_text(text(run), encoding="ascii")
 
 
 def text(run: RunResults) -> str:
-    """Both tables: all attempts (`tab:success`), and the commonly solved problems (`tab:common`).
-    Outcomes other than success are told below the first. A table without rows is left out."""
+    """The tables: all attempts (`tab:success`), the commonly solved problems (`tab:common`), and
+    further metrics of all verified successes (`tab:further`). Outcomes other than success
+    are told below the first. A table without rows is left out."""
     remarks = [f"{_prose(remark)}." for remark in run.remarks]
     notes = " ".join(
-        [escaped(formatting.success_note(run.spread)), *_other_outcomes(run.summary), *remarks]
+        [escaped(formatting.success_note(run)), *_other_outcomes(run.summary), *remarks]
     )
-    success = [_without_outcomes(row) for row in formatting.success_rows(run.summary, run.spread)]
+    success = [_without_outcomes(row) for row in formatting.success_rows(run)]
     notes_of_common = _COMMON, formatting.REACHED_NOTE, formatting.left_out_note(run.left_out)
     tables = [
         _float("success", f"{_SUCCESS} {_prose(run.caption)}", success, notes),
         _float(
             "common",
             " ".join(_prose(said) for said in notes_of_common if said),
-            formatting.common_rows(run.common),
+            formatting.common_rows(run),
             "",
         ),
+        _float("further", _FURTHER, formatting.further_rows(run), ""),
     ]
     return _PREFACE + "".join(tables)
 

@@ -13,18 +13,21 @@ from envs.errors import printable
 
 
 def write(run: RunResults, file: Path) -> None:
-    """Writes both tables with their captions."""
+    """Writes the tables with their captions."""
     file.write_text(text(run), encoding="utf-8")
 
 
 def text(run: RunResults) -> str:
-    """Both tables with their captions: all attempts, and the commonly solved problems."""
+    """The tables with their captions: all attempts, their further metrics, and the commonly solved
+    problems."""
+    further = formatting.further_rows(run)
     parts = [
         run.caption,
-        table(formatting.success_rows(run.summary, run.spread)),
-        formatting.success_note(run.spread),
+        table(formatting.success_rows(run)),
+        formatting.success_note(run),
+        *([formatting.FURTHER_NOTE, table(further)] if further else []),
         formatting.COMMON_NOTE,
-        table(formatting.common_rows(run.common)),
+        table(formatting.common_rows(run)),
         formatting.REACHED_NOTE,
         formatting.left_out_note(run.left_out),
         "\n".join(f"- {remark}." for remark in run.remarks),

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.analysis.run_results import RunResults
+from bench.analysis.run_results import RunResults, repeats_of
 from bench.analysis.summary import attempted_records, why_not_attempted
+from bench.judging.metric import Metric
 from bench.storage.record import LATE, Fault, Verdict, cost_history
 from envs.problem import Array
 from planners import Status
@@ -48,23 +49,39 @@ _SPENT = {
 }
 """What every attempt costs: types, and columns of the records."""
 
-_FOUND = {
-    "solution_time": ("REAL", "solve_s"),
-    "solution_length": ("REAL", "length"),
-    "solution_smoothness": ("REAL", "smoothness"),
-    "solution_segments": ("INTEGER", "segments"),
-    "safety_margin": ("REAL", "safety_margin"),
-    "travel_time": ("REAL", "travel_time"),
+_OMPLS = {
+    "time_s": "solution_time",
+    "length": "solution_length",
+    "smoothness": "solution_smoothness",
+    "waypoints": "solution_segments",
 }
-"""What only verified successes have."""
+"""Metrics that OMPL has under another name; of waypoints there is one more than of segments."""
 
 _JUDGED = {"status": "ENUM", "solved": "BOOLEAN", "correct_solution": "BOOLEAN"}
 
-_TYPES = {
-    **{name: kind for name, (kind, _) in (_SPENT | _FOUND).items()},
-    **_JUDGED,
-    "problem": "INTEGER",
-}
+
+def _shown(run: RunResults) -> list[Metric]:
+    """OMPL's, which are always there, and those of ours that have a value: Planner Arena cannot
+    plot a column without."""
+    return [
+        metric
+        for metric in run.metrics
+        if metric.name in _OMPLS or run.records[metric.name].notna().any()
+    ]
+
+
+def _types(metrics: Sequence[Metric]) -> dict[str, str]:
+    """The columns of `runs` besides keys, with their types: first what is spent on any attempt,
+    then the metrics, which only verified successes have."""
+    found = {_OMPLS.get(metric.name, metric.name): "REAL" for metric in metrics}
+    return {
+        **{name: kind for name, (kind, _) in _SPENT.items()},
+        **found,
+        "solution_segments": "INTEGER",
+        **_JUDGED,
+        "problem": "INTEGER",
+    }
+
 
 _CORRECT = {"": None, Verdict.NOT_JUDGED.value: None, Verdict.VALID.value: 1}
 """What stands there for verdicts; for all others 0."""
@@ -72,7 +89,7 @@ _CORRECT = {"": None, Verdict.NOT_JUDGED.value: None, Verdict.VALID.value: 1}
 _TICKS = 100
 """Periodic samples within the time limit: OMPL's 50 ms if it is 5 s."""
 
-_SCHEMA = f"""
+_SCHEMA = """
 PRAGMA foreign_keys = ON;
 CREATE TABLE experiments
     (id INTEGER PRIMARY KEY AUTOINCREMENT, name VARCHAR(512),
@@ -85,7 +102,7 @@ CREATE TABLE enums
     (name VARCHAR(512), value INTEGER, description TEXT, PRIMARY KEY (name, value));
 CREATE TABLE runs
     (id INTEGER PRIMARY KEY AUTOINCREMENT, experimentid INTEGER, plannerid INTEGER,
-    {", ".join(f"{name} {kind}" for name, kind in _TYPES.items())},
+    {measured},
     FOREIGN KEY (experimentid) REFERENCES experiments(id) ON DELETE CASCADE,
     FOREIGN KEY (plannerid) REFERENCES plannerConfigs(id) ON DELETE CASCADE);
 CREATE TABLE progress
@@ -100,9 +117,9 @@ def write(run: RunResults, file: Path) -> None:
     An environment of a folder is an experiment, an attempt a run. Names and meanings are OMPL's
     where it has them. As there, `time` (s), `memory` (MB) and `collision_checks` are what was spent
     on any attempt, and what describes a path is NULL unless the attempt was a verified success
-    (`solved`): `solution_length`, `solution_smoothness`, `solution_segments`, and besides
-    `safety_margin` (OMPL's clearance is a mean over waypoints, so it has another name),
-    `travel_time` and `solution_time`, which is `time` without what failures took. `status` is the
+    (`solved`): `solution_length`, `solution_smoothness`, `solution_segments`, and besides the other
+    metrics by their own names (OMPL's clearance is a mean over waypoints, none of ours), and
+    `solution_time`, which is `time` without what failures took. `status` is the
     outcome, `correct_solution` what the judge says of a claimed path, NULL without one or if the
     judge did not decide.
     `progress` has the best length over time of verified successes. What was not attempted is no
@@ -115,7 +132,8 @@ def write(run: RunResults, file: Path) -> None:
         made = Path(folder) / file.name
         try:
             with closing(sqlite3.connect(made)) as connection, connection:
-                connection.executescript(_SCHEMA)
+                columns = (f"{name} {kind}" for name, kind in _types(_shown(run)).items())
+                connection.executescript(_SCHEMA.format(measured=", ".join(columns)))
                 _fill(connection, run)
         except sqlite3.OperationalError as error:  # a full disk, for one
             raise OSError(f"{file}: {error}") from error
@@ -135,7 +153,8 @@ def _fill(connection: sqlite3.Connection, run: RunResults) -> None:
             if not rows.empty:
                 measured = [sessions[r] for r in rows["run_id"].unique() if r in sessions]
                 experiment = _experiment(env, selection, rows, measured)
-                _put_runs(connection, experiment, configs, attempted_records(rows))
+                made = attempted_records(rows)
+                _put_runs(connection, experiment, configs, made, _shown(run))
 
 
 def _planner_configs(
@@ -173,7 +192,7 @@ def _experiment(
         "totaltime": sum(session["wall_s"] for session in sessions),
         "timelimit": settings["time_limit_s"],
         "memorylimit": settings.get("memory_limit_mb"),
-        "runcount": selection["problems"],
+        "runcount": selection["problems"] * repeats_of(selection),
         "version": _version(sessions),
         "hostname": _distinct(machine.get("system") for machine in machines),
         "cpuinfo": _distinct(json.dumps(machine) for machine in machines if machine),
@@ -208,13 +227,13 @@ def _put_runs(
     experiment: Mapping[str, Any],
     configs: Mapping[tuple[str, int], int],
     rows: pd.DataFrame,
+    metrics: Sequence[Metric],
 ) -> None:
     number = _insert(connection, "experiments", experiment)
-    segments = rows["waypoints"].astype(float) - 1
-    for row in rows.assign(segments=segments).to_dict("records"):
+    for row in rows.to_dict("records"):
         config = configs[row["planner"], row["planner_version"]]
         keys = {"experimentid": number, "plannerid": config}
-        run = _insert(connection, "runs", {**keys, **_attributes(row)})
+        run = _insert(connection, "runs", {**keys, **_attributes(row, metrics)})
         if row["solved"]:
             samples = _samples(cost_history(row["stats"]), row["solve_s"], experiment["timelimit"])
             connection.executemany(f"INSERT INTO progress VALUES ({run}, ?, ?)", samples)
@@ -235,10 +254,12 @@ def _samples(history: Array, end_s: float, limit_s: float) -> list[list[float]]:
     return samples
 
 
-def _attributes(row: Mapping[Any, Any]) -> dict[str, Any]:
+def _attributes(row: Mapping[Any, Any], metrics: Sequence[Metric]) -> dict[str, Any]:
     """What is known of an attempt, in the columns of `runs`."""
     spent = {name: _finite(row[column]) for name, (_, column) in _SPENT.items()}
-    found = {name: _finite(row[column]) for name, (_, column) in _FOUND.items()}
+    found = {_OMPLS.get(m.name, m.name): _finite(row[m.name]) for m in metrics}
+    waypoints = found["solution_segments"]
+    found["solution_segments"] = None if waypoints is None else int(waypoints) - 1
     return {
         **spent,
         **(found if row["solved"] else dict.fromkeys(found)),

@@ -7,32 +7,23 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from bench.analysis.anytime import anytime
 from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import solved_by_time
 from bench.storage.record import Verdict
 from envs.errors import InputError, UnknownNameError
-
-METRICS = {
-    "solve_s": "planning time (s)",
-    "length": "path length (environment's unit)",
-    "safety_margin": "safety margin (workspace units)",
-    "travel_time": "travel time at the speed of equation 3",
-    "smoothness": "smoothness (OMPL's, 0 for a straight line)",
-}
-"""What can be drawn, by its column, with its title and unit."""
 
 
 def success(run: RunResults, env: str | None, ax: Axes | None) -> Axes:
     """The share of problems solved over planning time; see `bench.Run.plot_success`."""
     axes = ax if ax is not None else plt.subplots()[1]
     chosen, records = _of(run, env)
-    [limit_s] = {s["settings"]["time_limit_s"] for s in run.selections if _has(s, chosen)}
     for planner, attempts in records.groupby("planner", sort=False):
         solved = (attempts["outcome"] == Verdict.VALID.value).to_numpy()
         times = attempts["solve_s"].to_numpy(np.float64)
-        curve = solved_by_time(times, solved, until_s=limit_s)
+        curve = solved_by_time(times, solved, until_s=_limit(run, chosen))
         axes.step(curve.times_s[1:], curve.share[1:], where="post", label=str(planner))
-    axes.set(xscale="log", xlabel=METRICS["solve_s"], ylabel="share of problems solved")
+    axes.set(xscale="log", xlabel="planning time s", ylabel="share of problems solved")
     axes.set(ylim=(-0.02, 1.02), title=chosen)
     axes.legend()
     return axes
@@ -40,18 +31,51 @@ def success(run: RunResults, env: str | None, ax: Axes | None) -> Axes:
 
 def metric(run: RunResults, name: str, env: str | None, ax: Axes | None) -> Axes:
     """A number's distribution over verified successes; see `bench.Run.plot_metric`."""
-    if name not in METRICS:
-        raise UnknownNameError("metric", name, METRICS)
+    known = {metric.name: metric for metric in run.metrics}
+    if name not in known:
+        raise UnknownNameError("metric", name, known)
     axes = ax if ax is not None else plt.subplots()[1]
     chosen, records = _of(run, env)
     solved = records[records["outcome"] == Verdict.VALID.value]
     values = {str(p): rows[name].dropna() for p, rows in solved.groupby("planner", sort=False)}
     axes.boxplot(list(values.values()), tick_labels=list(values), orientation="horizontal")
     axes.invert_yaxis()  # the first on top, as in the tables
-    axes.set(xlabel=METRICS[name], title=chosen)
-    if name == "solve_s":
+    axes.set(xlabel=run.heading(known[name]), title=chosen)
+    if known[name].timed:
         axes.set_xscale("log")
     return axes
+
+
+def costs(run: RunResults, env: str | None, problem: int | None, ax: Axes | None) -> Axes:
+    """The best length over time; see `bench.Run.plot_anytime`."""
+    axes = ax if ax is not None else plt.subplots()[1]
+    chosen, records = _of(run, env)
+    if problem is not None:
+        records = records[records["problem"] == problem]
+        if records.empty:
+            raise InputError(f"the run has no problem {problem} of {chosen}")
+    for planner, attempts in records.groupby("planner", sort=False):
+        found = anytime(attempts, _limit(run, chosen))
+        if found is None:
+            continue
+        [line] = axes.plot(found.times_s, found.cost, drawstyle="steps-post", label=str(planner))
+        known = np.isfinite(found.low) & np.isfinite(found.high)
+        axes.fill_between(
+            found.times_s, found.low, found.high, known, color=line.get_color(), alpha=0.16
+        )
+        if found.first is not None:
+            axes.plot(*found.first, "o", color=line.get_color())
+    [length] = [metric for metric in run.metrics if metric.name == "length"]
+    axes.set(xscale="log", xlabel="planning time s", ylabel=f"best {run.heading(length)}")
+    axes.set(title=chosen if problem is None else f"{chosen}, problem {problem}")
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend()
+    return axes
+
+
+def _limit(run: RunResults, env: str) -> float:
+    [limit_s] = {s["settings"]["time_limit_s"] for s in run.selections if _has(s, env)}
+    return float(limit_s)
 
 
 def _of(run: RunResults, env: str | None) -> tuple[str, pd.DataFrame]:

@@ -12,10 +12,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.compiled import njit_cached
 from envs.problem import Array
 
 _CELLS = 4_000_000
@@ -106,10 +106,7 @@ def _toward_eye(triangles: Array) -> Array:
     return found
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
-@_jit
+@njit_cached
 def _surfaces(
     triangles: Any, owners: Any, layers: int, first: int, rows: int, columns: int
 ) -> tuple[Any, Any]:
@@ -144,7 +141,7 @@ def _surfaces(
     return depth, face
 
 
-@_jit
+@njit_cached
 def _blend(depth: Any, face: Any, normals: Any, shades: Any, opacities: Any, picture: Any) -> None:
     """Blends layers into rows of a picture, of which `depth` and `face` have some more on either
     side; see `_surfaces`."""
@@ -176,7 +173,7 @@ def _blend(depth: Any, face: Any, normals: Any, shades: Any, opacities: Any, pic
                     )
 
 
-@_jit
+@njit_cached
 def _outlined(face: Any, normals: Any, row: int, column: int) -> bool:
     """Whether a layer's surface ends or bends at a pixel."""
     normal = normals[face[row, column]]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.analysis.regression.baseline import MEASURES, Baseline, Row
+from bench.analysis.regression.baseline import Baseline, Row, gated_metrics
 from bench.analysis.regression.check import (
     FALL,
     SUCCESS,
@@ -133,7 +133,7 @@ def _meaning(check: Check) -> str:
     ]
     if wanted.measures:
         worse = ", ".join(
-            f"{'less' if MEASURES[name].more_is_better else 'more'} {name}"
+            f"{'less' if gated_metrics()[name].higher_is_better else 'more'} {name}"
             for name in wanted.measures
         )
         told.append(

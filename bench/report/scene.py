@@ -9,6 +9,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
+from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -19,19 +20,8 @@ from bench.report.projection import faced, interior
 from bench.storage.record import Verdict, decode_path
 from envs import Environment, InputError
 from envs.collision.fcl_model import Allowed
-from envs.collision.shapes import triangulated
 from envs.errors import suggestion
 from envs.problem import Array
-
-COLOURS = {
-    "ntfields": "tab:orange",
-    "ief3d": "tab:purple",
-    "fmm": "tab:green",
-    "mpnet": "tab:blue",
-    "rrtstar": "tab:cyan",
-    "lazyprmstar": "gold",
-}
-"""The paper's; other planners take the rest of the colour cycle."""
 
 _OTHER_COLOURS = (
     *("tab:red", "tab:pink", "tab:brown", "tab:olive", "black", "tab:gray"),
@@ -93,7 +83,8 @@ def paths_of_problem(records: pd.DataFrame, fingerprint: str, problem: int | Non
     Raises:
         InputError: there are none.
     """
-    rows = records[(records["env_fingerprint"] == fingerprint) & records["path"].notna()]
+    first = records[records["repeat"] == 0]
+    rows = first[(first["env_fingerprint"] == fingerprint) & first["path"].notna()]
     if problem is None and not rows["length"].dropna().empty:
         problem = int(rows.loc[rows["length"].astype(float).idxmax(), "problem"])
     rows = rows[rows["problem"] == problem]
@@ -105,11 +96,15 @@ def paths_of_problem(records: pd.DataFrame, fingerprint: str, problem: int | Non
     return Shown(problem, paths, frozenset(refused))
 
 
-def colours(planners: Iterable[str]) -> dict[str, str]:
-    """What each planner is drawn in."""
-    names = list(planners)
+def colours(ids: Iterable[str]) -> dict[str, str]:
+    """What each planner is drawn in: what its spec says, or one of the rest."""
+    names = list(ids)
+    specified = {spec.id: spec.colour for spec in planners.REGISTRY.known() if spec.colour}
     others = iter(_OTHER_COLOURS * (1 + len(names)))
-    return {name: COLOURS.get(name) or next(others) for name in names}
+    return {
+        name: specified[name] if is_color_like(specified.get(name)) else next(others)
+        for name in names
+    }
 
 
 def save(figure: Figure, file: Path) -> None:
@@ -140,7 +135,7 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
         within = interior(env)
         view = _FROM_ASIDE if within is None else _CUT_OPEN
         for obstacle in env.obstacles:
-            faces = np.asarray(triangulated(obstacle).triangles)
+            faces = np.asarray(obstacle.triangulate().triangles)
             if within is not None:
                 faces = faces[_seen_when_cut_open(within, faces, shown)]
             solid = Poly3DCollection(

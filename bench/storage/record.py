@@ -8,6 +8,7 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from envs.problem import Array
 from planners import Status
@@ -58,6 +59,11 @@ class Record:
     the machine's, and `load` how many of its cores were busy with something else meanwhile.
     `peak_memory_mb` is the most that the process held during the attempt, `attempt_memory_mb` how
     much that is more than it held before. What was not measured is None.
+
+    `repeat` tells attempts of one planner at one problem apart, from 0. `metrics` is JSON: the
+    path's value of each metric by name (`bench.judging.metrics`), None where it has none, of
+    verified solutions; of other judged paths as far as they mean something. In data frames each is
+    a column.
     """
 
     run_id: str
@@ -67,6 +73,7 @@ class Record:
     planner_version: int
     weights: str
     problem: int
+    repeat: int
     problems_seed: int
     settings: str
     seed: int
@@ -79,11 +86,7 @@ class Record:
     solve_s: float | None
     cpu_s: float | None
     load: float | None
-    length: float | None
-    safety_margin: float | None
-    travel_time: float | None
-    smoothness: float | None
-    waypoints: int | None
+    metrics: str
     collision_checks: int | None
     peak_memory_mb: float | None
     attempt_memory_mb: float | None
@@ -95,10 +98,37 @@ class Record:
     path: bytes | None = field(repr=False)
 
 
-KEY = ("planner", "env_fingerprint", "problem", "problems_seed", "settings", "weights")
+KEY = ("planner", "env_fingerprint", "problem", "repeat", "problems_seed", "settings", "weights")
 """What makes an attempt the same attempt."""
 
 COLUMNS = tuple(f.name for f in fields(Record))
+
+OF_ANY_PATH = ("length", "waypoints")
+"""Metrics that mean something of paths that are not valid, too."""
+
+
+def with_metrics(records: pd.DataFrame) -> pd.DataFrame:
+    """Records with a column of numbers for each metric that any of them has by name, NaN where it
+    has none, and for `OF_ANY_PATH` in any case. Names that a column has are left out, as in a store
+    that something else has written to."""
+    values = [known_metrics(text) for text in records["metrics"]]
+    names = dict.fromkeys([*OF_ANY_PATH, *(name for row in values for name in row)])
+    columns = {
+        name: pd.Series([row.get(name) for row in values], index=records.index, dtype=float)
+        for name in names
+    }
+    whole: pd.DataFrame = pd.concat([records, pd.DataFrame(columns, index=records.index)], axis=1)
+    return whole
+
+
+def known_metrics(text: str) -> dict[str, float | None]:
+    """The metrics of a record, by name."""
+    found = json.loads(text)
+    return {
+        name: value
+        for name, value in found.items()
+        if name not in COLUMNS and isinstance(value, int | float | None)
+    }
 
 
 def outcome(status: str, verdict: str, solve_s: float | None, time_limit_s: float) -> str:

@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 
 import pandas as pd
 
-from bench.storage.record import COLUMNS, KEY, Fault, Record
+from bench.storage.record import COLUMNS, KEY, Fault, Record, with_metrics
 from bench.storage.store_file import FILE, TABLES, digest, in_words, opened_to_read, opened_to_write
 from envs import InputError
 
@@ -79,7 +79,8 @@ class StoredRecords:
         versions: Mapping[str, int] | None = None,
         weights: Mapping[str, Mapping[str, str]] | None = None,
     ) -> pd.DataFrame:
-        """All records of some environments, a seed and a digest of settings, in order.
+        """All records of some environments, a seed and a digest of settings, in order, with a
+        column for each metric that any of them has a value of (`with_metrics`).
 
         Args:
             versions: of planners; what others or other versions of them did is left out. By
@@ -90,7 +91,7 @@ class StoredRecords:
         marks = ", ".join("?" * len(env_fingerprints))
         rows = self._rows(
             f"SELECT {', '.join(COLUMNS)} FROM records WHERE env_fingerprint IN ({marks})"
-            " AND problems_seed = ? AND settings = ? ORDER BY planner, problem, weights",
+            " AND problems_seed = ? AND settings = ? ORDER BY planner, problem, repeat, weights",
             (*env_fingerprints, problems_seed, settings),
         )
         found: pd.DataFrame = pd.DataFrame(rows, columns=list(COLUMNS))
@@ -100,7 +101,7 @@ class StoredRecords:
             whose = zip(found["env_fingerprint"], found["planner"], strict=True)
             wanted = [weights.get(env, {}).get(planner, "") for env, planner in whose]
             found = found[found["weights"] == wanted]
-        return found
+        return with_metrics(found)
 
     def selection(self) -> dict[str, Any]:
         """What was asked for last.
@@ -141,6 +142,16 @@ class Store(StoredRecords):
         forced = monotonic() >= self._forced + FORCED_EVERY_S
         skipped = [getattr(record, column) for column in _KEY_OF_SKIPPED] + [Fault.SKIPPED.value]
         self._put("records", astuple(record), (_DROP_SKIPPED, skipped), forced=forced)
+
+    def add_metrics(self, metrics: Sequence[tuple[Sequence[Any], str]]) -> None:
+        """Replaces the metrics of records, by their keys, in one transaction."""
+        where = " AND ".join(f"{column} = ?" for column in KEY)
+        columns = digest(TABLES["records"])
+        with self._lock, in_words(self._file), self._connection:
+            for key, text in metrics:
+                for change, values in (("metrics = ?", [text]), (f"digest = {columns}", [])):
+                    statement = f"UPDATE records SET {change} WHERE {where}"
+                    self._connection.execute(statement, [*values, *key])
 
     def put_selection(self, selection: dict[str, Any]) -> None:
         """Notes what was asked for last, which is what `bench report` shows."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
@@ -10,7 +11,7 @@ from hashlib import blake2b
 from pathlib import Path
 from urllib.parse import quote
 
-from bench.storage.record import COLUMNS, KEY
+from bench.storage.record import COLUMNS, KEY, Verdict
 from envs import InputError
 from envs.errors import printable
 
@@ -23,8 +24,11 @@ TABLES = {
 """The columns of each table, without the digest of a row, which is its last."""
 
 _APPLICATION_ID = 0x504C4E42  # "PLNB"
-_VERSION = 3  # 1 had no digests, 2 fewer columns
-_READABLE = (1, 2, _VERSION)
+_VERSION = 4
+_READABLE = (1, 2, 3, _VERSION)
+_METRICS_OF_3 = ("length", "safety_margin", "travel_time", "smoothness", "waypoints")
+"""Columns of older records whose values are among the metrics now."""
+
 _SINCE_3 = {
     "weights": "''",
     "cpu_s": "NULL",
@@ -32,7 +36,13 @@ _SINCE_3 = {
     "attempt_memory_mb": "NULL",
     "processor": "''",
 }
-"""Columns that older records lack, and what stands for them."""
+"""Columns that records of versions 1 and 2 lack, and what stands for them."""
+
+_SINCE_4 = {
+    "repeat": "0",
+    "metrics": f"metrics_of_3(verdict, solve_s, {', '.join(_METRICS_OF_3)})",
+}
+"""The same of version 3 and before."""
 
 _TABLES_OF_A_STORE = f"""
 CREATE TABLE records ({", ".join(COLUMNS)}, digest, UNIQUE ({", ".join(KEY)}));
@@ -51,35 +61,51 @@ def digest(columns: Sequence[str]) -> str:
     return f"row_digest({', '.join(columns)})"
 
 
-def _as_now(table: str) -> str:
+def _as_now(table: str, version: int) -> str:
     """SQL for an older table's columns as this version has them."""
+    lacking = {**_SINCE_4, **(_SINCE_3 if version < 3 else {})}
     return ", ".join(
-        f"{_SINCE_3[column]} AS {column}" if column in _SINCE_3 else column
+        f"{lacking[column]} AS {column}" if column in lacking else column
         for column in TABLES[table]
     )
 
 
 def _of_version(version: int, table: str) -> tuple[str, ...]:
-    """The columns of a table in a store of some version, without the digest."""
-    return tuple(c for c in TABLES[table] if version >= 3 or c not in _SINCE_3)
+    """The columns of a table in a store of some version, in its order, without the digest."""
+    if table != "records" or version == _VERSION:
+        return TABLES[table]
+    place = COLUMNS.index("metrics")
+    columns = (*COLUMNS[:place], *_METRICS_OF_3, *COLUMNS[place + 1 :])
+    lacking = {*_SINCE_4, *(_SINCE_3 if version < 3 else ())}
+    return tuple(column for column in columns if column not in lacking)
 
 
-def _taken_over(table: str) -> str:
+def _taken_over(table: str, version: int) -> str:
     columns = ", ".join(TABLES[table])
     return (
         f"INSERT INTO {table} SELECT {columns}, {digest(TABLES[table])} FROM"
-        f" (SELECT {_as_now(table)} FROM older_{table} ORDER BY rowid);\n"
+        f" (SELECT {_as_now(table, version)} FROM older_{table} ORDER BY rowid);\n"
         f"DROP TABLE older_{table};\n"
     )
 
 
-_BRING_UP_TO_DATE = f"""
+def _bring_up_to_date(version: int) -> str:
+    """SQL that makes a store of an older version one of this."""
+    return f"""
 BEGIN;
 {"".join(f"ALTER TABLE {table} RENAME TO older_{table};" for table in TABLES)}
 {_TABLES_OF_A_STORE}
-{"".join(map(_taken_over, TABLES))}
+{"".join(_taken_over(table, version) for table in TABLES)}
 COMMIT;
 """
+
+
+def _metrics_of_3(verdict: str, solve_s: float | None, *values: float | None) -> str:
+    """What `_SINCE_4` says of a record that has some metrics in columns."""
+    known = dict(zip(_METRICS_OF_3, values, strict=True))
+    if verdict == Verdict.VALID.value:
+        return json.dumps({"time_s": solve_s, **known})
+    return json.dumps({name: value for name, value in known.items() if value is not None})
 
 
 def opened_to_write(folder: Path) -> sqlite3.Connection:
@@ -163,6 +189,7 @@ def _connected(file: Path, mode: str) -> sqlite3.Connection:
     uri = f"file:{quote(bytes(file.absolute()))}?mode={mode}"
     connection = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=30)
     connection.create_function("row_digest", -1, row_digest, deterministic=True)
+    connection.create_function("metrics_of_3", -1, _metrics_of_3, deterministic=True)
     connection.execute("PRAGMA trusted_schema = OFF")  # a stranger's file calls no functions
     return connection
 
@@ -200,7 +227,7 @@ def _make_ready(connection: sqlite3.Connection, file: Path) -> None:
     else:
         _check(connection, file, version)
         if version < _VERSION:
-            connection.executescript(_BRING_UP_TO_DATE)
+            connection.executescript(_bring_up_to_date(version))
     connection.execute("PRAGMA journal_mode = WAL")
     connection.execute("PRAGMA synchronous = FULL")
 
@@ -214,7 +241,7 @@ def _make_readable(connection: sqlite3.Connection, file: Path) -> None:
         # In this connection only: the file is not changed.
         connection.execute("PRAGMA temp_store = MEMORY")
         connection.execute(
-            f"CREATE TEMP VIEW records AS SELECT {_as_now('records')} FROM main.records"
+            f"CREATE TEMP VIEW records AS SELECT {_as_now('records', version)} FROM main.records"
         )
 
 

@@ -1,5 +1,5 @@
 """Signed distances for many points at once, for learning, grids and sampling of problems: in closed
-form, at all nodes of a regular grid for the cost of a few, and looked up in such a grid.
+form, and at all nodes of a regular grid for the cost of a few.
 """
 
 from __future__ import annotations
@@ -7,11 +7,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.shapes import Box, Mesh
+from envs.compiled import njit_cached
+from envs.grid import RegularGrid
 from envs.problem import Array
 
 _CHUNK = 32_768  # points handled at once: keeps the working arrays in cache
@@ -40,56 +41,6 @@ def _to_box(points: Array, box: Box) -> Array:
     # Written out so that the rounding, hence every sampled problem, is the same on every machine.
     distance: Array = np.sqrt(dx * dx + dy * dy + dz * dz) + inside
     return distance
-
-
-class ClearanceGrid:
-    """Clearances at the nodes of a regular grid, multilinearly interpolated.
-
-    Args:
-        values: on the nodes, one axis a dimension.
-        lower, upper: (d,) the first node and the last; beyond, the grid's border goes on.
-
-    Attributes:
-        values: as float32.
-        lower: (d,) the first node.
-        per_unit: (d,) nodes by length.
-    """
-
-    def __init__(self, values: Array, lower: Array, upper: Array) -> None:
-        self.values = values.astype(np.float32)
-        self.lower = lower
-        self.per_unit = (np.array(values.shape) - 1) / (upper - lower)
-
-    @staticmethod
-    def sampled(
-        clearance: Callable[[Array], Array], lower: Array, upper: Array, spacing: float
-    ) -> ClearanceGrid:
-        """That of a function (n, d) -> (n,), with nodes at most `spacing` apart.
-
-        If a robot only translates, its clearance changes no faster than it moves; then the error
-        is at most sqrt(d) / 2 spacings: the corners of a cell, weighted as they are, lie no
-        farther than that from a point of it in the root mean square.
-        """
-        axes = grid_axes(lower, upper, spacing)
-        nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-        values = clearance(nodes.reshape(-1, len(axes)))
-        return ClearanceGrid(values.reshape(nodes.shape[:-1]), lower, upper)
-
-    def __call__(self, q: Array) -> Array:
-        """Clearances (n,) at configurations (n, d)."""
-        from scipy import ndimage  # a third of a second, which most workers can save
-
-        at = ((q - self.lower) * self.per_unit).T
-        found: Array = ndimage.map_coordinates(
-            self.values, at, output=np.float64, order=1, mode="nearest"
-        )
-        return found
-
-
-def grid_axes(lower: Array, upper: Array, spacing: float) -> list[Array]:
-    """Positions of the nodes along each axis, at most `spacing` apart."""
-    cells = np.ceil((upper - lower) / spacing).astype(int)
-    return [np.linspace(a, b, n + 1) for a, b, n in zip(lower, upper, cells, strict=True)]
 
 
 _BLOCK = 1_000_000  # points at a time
@@ -133,8 +84,9 @@ def _beside(
 ) -> NDArray[np.bool_]:
     """The nodes next to a surface, and their neighbours."""
     beside = np.zeros(shape, dtype=np.bool_)
+    grid = RegularGrid(beside, lower, spacing, 1 / spacing)
     for points in _covering(surface, float(spacing.min())):
-        index = np.rint((points - lower) / spacing).astype(int)
+        index = grid.nearest(points)
         index = index[((index >= 0) & (index < shape)).all(axis=1)]
         beside[tuple(index.T)] = True
     from scipy import ndimage
@@ -156,7 +108,7 @@ def _covering(surface: Mesh, spacing: float) -> Iterator[Array]:
             yield np.einsum("wc,fcd->fwd", weights, block).reshape(-1, 3)
 
 
-@numba.njit(cache=True)
+@njit_cached
 def _nearest_points(rows: Any, points: Any, sign: Any, lower: Any, spacing: Any) -> Any:
     """Signed distances on the nodes to the nearest among the points (m, 3) that are named by
     `rows` (nx, ny, nz) at a node and its six neighbours."""

@@ -42,7 +42,7 @@ class Enclosure:
     solids: int = 0
 
 
-NOTHING = Enclosure(lambda points: np.zeros(len(points)), has_holes=False, known=True)
+NO_INSIDE = Enclosure(lambda points: np.zeros(len(points)), has_holes=False, known=True)
 """That of a surface with free space on both sides."""
 
 
@@ -86,7 +86,7 @@ def room(mesh: Mesh) -> Enclosure:
 def _open_room(surface: Surface) -> Enclosure:
     """A room with holes, such as a scan: all of its surface counts together, closed parts in the
     room wound against it."""
-    found, closed = surface.found, np.flatnonzero(surface.closed)
+    found, closed = surface.shells, np.flatnonzero(surface.closed)
     sign = np.sign(surface.spanned())
     stands = np.zeros(found.part.max() + 1, dtype=np.bool_)
     if len(closed):
@@ -122,25 +122,25 @@ class Surface:
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
-        self.found = shells(mesh.vertices, mesh.faces)
-        outside = self.found.surround()
-        front, back = outside[self.found.front], outside[self.found.back]
+        self.shells = shells(mesh.vertices, mesh.faces)
+        outside = self.shells.surround()
+        front, back = outside[self.shells.front], outside[self.shells.back]
         self.closed: Ints = front.astype(np.int64) - back
         loose = front & back
         self.has_holes = bool(loose.any())
-        self.open: Ints = np.where(loose, np.sign(self.found.votes), 0)
+        self.open: Ints = np.where(loose, np.sign(self.shells.votes), 0)
         self.is_flat: Bools = np.zeros(len(loose), dtype=np.bool_)
         # Without an edge that nothing closes a part has two sides, unless faces lie on one another.
-        self.known = bool(self.found.has_border[self.found.part[loose]].all())
+        self.known = bool(self.shells.has_border[self.shells.part[loose]].all())
         if self.has_holes:
             self._wind(np.flatnonzero(loose))
-        doubtful = np.flatnonzero(self.found.is_doubtful & ~loose)
+        doubtful = np.flatnonzero(self.shells.is_doubtful & ~loose)
         self.known = self.known and self._holds(doubtful)
 
     def _wind(self, loose: Ints) -> None:
         """Turns of the open faces: as they are written or, if many are written both ways, as most
         of the piece that they belong to."""
-        faces, votes = self.found.faces[loose], self.found.votes[loose]
+        faces, votes = self.shells.faces[loose], self.shells.votes[loose]
         corners = self.mesh.vertices[faces]
         turned, piece = igl.bfs_orient(faces)
         alike = np.where((turned == faces).all(axis=1), 1, -1)
@@ -159,7 +159,7 @@ class Surface:
         two cells."""
         if len(faces) == 0:
             return True
-        corners = self.mesh.vertices[self.found.faces[faces]]
+        corners = self.mesh.vertices[self.shells.faces[faces]]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         # By a part of the face's size.
         step = _BESIDE * normal / np.sqrt(np.linalg.norm(normal, axis=1, keepdims=True))
@@ -172,17 +172,17 @@ class Surface:
     def spanned(self) -> float:
         """The volume between the open faces and their middle, negative if they are wound inward."""
         loose = np.flatnonzero(self.open)
-        corners = self.mesh.vertices[self.found.faces[loose]]
+        corners = self.mesh.vertices[self.shells.faces[loose]]
         return float((self.open[loose] * _cones(corners, np.zeros(len(loose), dtype=int))).sum())
 
     def winding(self, *turns: Ints) -> Callable[[Array], Array]:
         """Generalised winding numbers (n,) of points (n, 3) by faces with the sum of turns."""
-        faces = self.found.faces
+        faces = self.shells.faces
         vertices, total = np.array(self.mesh.vertices), np.sum(turns, axis=0)
         sign = 1.0
-        if (total == self.found.votes).all() or (total == -self.found.votes).all():
+        if (total == self.shells.votes).all() or (total == -self.shells.votes).all():
             # As it is written, if maybe inside out: no need for another surface.
-            sign = 1.0 if (total == self.found.votes).all() else -1.0
+            sign = 1.0 if (total == self.shells.votes).all() else -1.0
             soup = np.array(self.mesh.faces)
         else:
             soup = np.concatenate(
@@ -201,7 +201,7 @@ class _Cells:
     """
 
     def __init__(self, surface: Surface) -> None:
-        self._surface, found = surface, surface.found
+        self._surface, found = surface, surface.shells
         bounded = np.flatnonzero(found.volume > 0)
         bounded = bounded[np.argsort(-found.volume[bounded], kind="stable")]
         self._volume = found.volume[bounded]
@@ -222,7 +222,7 @@ class _Cells:
         """Whether cells (c,) are solids in a room that larger ones are."""
         part = np.zeros(len(self._volume), dtype=np.int64)
         for cells in (self._front, self._back):
-            part[cells[cells >= 0]] = self._surface.found.part[cells >= 0]
+            part[cells[cells >= 0]] = self._surface.shells.part[cells >= 0]
         points, of_cell = self._beneath()
         solid = np.zeros(len(part), dtype=np.bool_)
         left = np.ones(len(part), dtype=np.bool_)
@@ -241,7 +241,7 @@ class _Cells:
 
     def _beneath(self) -> tuple[Array, Ints]:
         """A point (n, 3) within a cell beneath each of its faces, and the cells (n,)."""
-        corners = self._surface.mesh.vertices[self._surface.found.faces]
+        corners = self._surface.mesh.vertices[self._surface.shells.faces]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         size = np.linalg.norm(normal, axis=1)
         normal /= np.where(size > 0, size, 1)[:, None]

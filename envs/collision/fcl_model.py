@@ -10,7 +10,7 @@ which FCL has in closed form. Whether anything touches FCL is asked as well.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from itertools import pairwise, starmap
 from typing import Any
 
 import fcl
@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from envs.collision import continuous
 from envs.collision.continuous import DEFAULT_TOLERANCE
+from envs.collision.first_contact import Place, first_contact
 from envs.collision.gjk import least_distance, put
 from envs.collision.separation import least_separation, separations, shapes_of
-from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, PlacedShape, Robot, Solid
+from envs.collision.shapes import Obstacle, Robot
 from envs.problem import Array
 
 Allowed = Callable[[Array], NDArray[np.bool_]]
@@ -74,18 +75,17 @@ class CollisionModel:
         self.robot = robot
         self.tolerance = tolerance
         self.checks = 0
-        self._bodies = [fcl.CollisionObject(_geometry(shape)) for shape in robot.shapes]
+        self._bodies = [fcl.CollisionObject(shape.fcl_geometry()) for shape in robot.shapes]
+        self._offsets = [shape.offset for shape in robot.shapes]
         self._allowed = allowed
         self._obstacles = [_placed(obstacle) for obstacle in obstacles]
         self._manager = _manager(self._obstacles)
-        boxes = [f for o, f in zip(obstacles, self._obstacles, strict=True) if isinstance(o, Box)]
+        boxes = [f for o, f in zip(obstacles, self._obstacles, strict=True) if o.exact_in_fcl]
         self._boxes = _manager(boxes) if boxes else None
-        around = [o for o in obstacles if not isinstance(o, Box)]
+        around = [o for o in obstacles if not o.exact_in_fcl]
         self._has_others = bool(around)
-        self._around = shapes_of(
-            [o if isinstance(o, PlacedShape) else PlacedShape(o, np.eye(4)) for o in around]
-        )
-        self._shapes = shapes_of([PlacedShape(shape, np.eye(4)) for shape in robot.shapes])
+        self._around = shapes_of(around)
+        self._shapes = shapes_of(robot.shapes)
         self._has_meshes = bool(len(self._around.trees.radii) or len(self._shapes.trees.radii))
         self._collision = fcl.CollisionRequest()
         self._others: list[list[int]] = [[] for _ in range(robot.moving)]
@@ -144,6 +144,12 @@ class CollisionModel:
         return continuous.path_min_clearance(
             self.clearance, waypoints, self._speeds(waypoints), self.tolerance, most_queries
         )
+
+    def first_contact(self, waypoints: Array, most_steps: int) -> Place:
+        """The first place of a path of waypoints (k, d) that is not proved free, to
+        `self.tolerance`. See `first_contact.first_contact`."""
+        bounds = starmap(self.robot.motion_bound, pairwise(waypoints))
+        return first_contact(self.clearance, waypoints, bounds, self.tolerance, most_steps)
 
     def _speeds(self, waypoints: Array) -> Sequence[float]:
         """Bounds on the speed of any point, by segment; of very many segments coarser ones."""
@@ -218,13 +224,11 @@ class CollisionModel:
         if self._waiting[number]:
             self._waiting[number] = False
             rotation, translation = self._poses[number]
-            shape = self.robot.shapes[number]
-            if isinstance(shape, Box) and rotation is not None:
-                translation = translation + rotation @ shape.center
+            offset = self._offsets[number]
             if rotation is None:
-                body.setTranslation(translation)
+                body.setTranslation(translation if offset is None else translation + offset)
             else:
-                body.setTransform(fcl.Transform(rotation, translation))
+                body.setTransform(_transform(rotation, translation, offset))
         return body
 
 
@@ -239,25 +243,13 @@ def _manager(objects: Sequence[Any]) -> Any:
 
 
 def _placed(obstacle: Obstacle) -> fcl.CollisionObject:
-    if isinstance(obstacle, PlacedShape):
-        rotation, translation = obstacle.pose[:3, :3], obstacle.pose[:3, 3]
-        if isinstance(obstacle.solid, Box):
-            translation = translation + rotation @ obstacle.solid.center
-        return fcl.CollisionObject(_geometry(obstacle.solid), fcl.Transform(rotation, translation))
-    if isinstance(obstacle, Box):
-        return fcl.CollisionObject(_geometry(obstacle), fcl.Transform(np.eye(3), obstacle.center))
-    return fcl.CollisionObject(_geometry(obstacle), fcl.Transform())
+    solid, pose = obstacle.solid, obstacle.pose
+    transform = _transform(pose[:3, :3], pose[:3, 3], solid.offset)
+    return fcl.CollisionObject(solid.fcl_geometry(), transform)
 
 
-def _geometry(shape: Solid) -> fcl.CollisionGeometry:
-    if isinstance(shape, Box):
-        return fcl.Box(*shape.sides)
-    if isinstance(shape, Cylinder):
-        return fcl.Cylinder(shape.radius, shape.length)
-    if isinstance(shape, Mesh):
-        model = fcl.BVHModel()
-        model.beginModel(len(shape.vertices), len(shape.faces))
-        model.addSubModel(shape.vertices, shape.faces)
-        model.endModel()
-        return model
-    return fcl.Sphere(shape.radius)
+def _transform(rotation: Array, translation: Array, offset: Array | None) -> fcl.Transform:
+    """Of what FCL is given of a solid at a pose, see `Solid.offset`."""
+    if offset is not None:
+        translation = translation + rotation @ offset
+    return fcl.Transform(rotation, translation)

@@ -14,13 +14,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
-from envs.collision.primitive_sdf import BOX, CYLINDER, TRIANGLE, solid_row
-from envs.compiled import njit_hot
-
-__all__ = ["distance", "least_distance", "moved", "put", "solid_row"]
+from envs.collision.shapes import BOX, CYLINDER, TRIANGLE
+from envs.compiled import njit_cached, njit_hot
 
 _PRECISION = 1e-7
 """How far below the distance it may be found, in metres, or by the distance where over a metre."""
@@ -30,12 +27,10 @@ _STEPS = 100
 _FLAT = 1e-20
 """Of an edge's squared length: a triangle whose corner is less far off another edge is none."""
 
-_jit = numba.njit(cache=True, nogil=True)
 
-
-@_jit
+@njit_cached
 def distance(a: Any, b: Any, most: float) -> float:
-    """A lower bound of the distance between two solids, rows (17,) of `SceneArrays.solids`.
+    """A lower bound of the distance between two solids, rows (17,) as in `shapes.distance_row`.
 
     Within `_PRECISION` of the distance, and 0 where they touch or overlap; or else at least
     `most`, as soon as the distance is proved to be. Never above the distance, but for rounding.
@@ -43,7 +38,7 @@ def distance(a: Any, b: Any, most: float) -> float:
     return _bounds(a, b, most)[0]
 
 
-@_jit
+@njit_cached
 def least_distance(row: Any, others: Any, most: float) -> float:
     """The least `distance` of a solid (17,) from others (n, 17), or something above `most`."""
     least = most
@@ -52,7 +47,7 @@ def least_distance(row: Any, others: Any, most: float) -> float:
     return least
 
 
-@_jit
+@njit_cached
 def put(row: Any, turn: Any, shift: Any) -> Any:
     """The row (17,) of a solid after a rotation (3, 3) and a translation (3,)."""
     pose, found = np.empty((3, 4)), np.empty(17)
@@ -61,7 +56,7 @@ def put(row: Any, turn: Any, shift: Any) -> Any:
     return found
 
 
-@_jit
+@njit_cached
 def moved(row: Any, pose: Any, out: Any) -> None:
     """Writes the row (17,) of a solid, given in a body's frame, with the body at a pose (3, 4).
 
@@ -77,7 +72,7 @@ def moved(row: Any, pose: Any, out: Any) -> None:
         out[i] = row[i]
 
 
-@_jit
+@njit_cached
 def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
     """At most and at least the distance between two solids; both lack `most`, see `distance`.
 
@@ -113,7 +108,7 @@ def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
     return max(lower - rounding, 0.0), max(length - rounding, 0.0)
 
 
-@_jit
+@njit_cached
 def _support(row: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
     """From a solid's centre, its point furthest along a direction; of a sphere, the centre."""
     kind = row[16]
@@ -139,7 +134,7 @@ def _support(row: Any, x: float, y: float, z: float) -> tuple[float, float, floa
     )
 
 
-@_jit
+@njit_cached
 def _nearest(points: Any, n: int, v: Any) -> tuple[int, float]:
     """The point of a simplex nearest to the origin, written to v (3,), if the last vertex helps.
 

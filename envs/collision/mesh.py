@@ -13,7 +13,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.shapes import Box, Mesh, Obstacle, PlacedShape, Robot, Solid
+from envs.collision.shapes import Mesh, Obstacle, Robot
+from envs.grid import node_counts, node_positions
 from envs.problem import Array
 
 if TYPE_CHECKING:  # what it imports takes a second, which processes without meshes can save
@@ -103,10 +104,10 @@ def cap_holes(mesh: Mesh, enclosure: Enclosure | None = None) -> Mesh | None:
         return None
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     cell = float((high - low).max()) / _CELLS
-    counts = np.ceil((high - low) / cell).astype(int) + 5
+    counts = node_counts(low, high, cell) + 4
     axes = [start + cell * np.arange(n) for start, n in zip(low - 2 * cell, counts, strict=True)]
     # First axis fastest, as marching cubes wants it.
-    nodes = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+    nodes = np.ascontiguousarray(node_positions(axes).transpose(2, 1, 0, 3).reshape(-1, 3))
     level = enclosure.encloses(nodes) - 0.5
     vertices, faces, _ = igl.marching_cubes(level, nodes, *map(int, counts), 0.0)
     if len(faces) == 0:
@@ -138,17 +139,13 @@ class Containment:
 
     def __init__(self, robot: Robot, obstacles: Sequence[Obstacle]) -> None:
         self._robot = robot
-        self._points = [piece_points(shape) for shape in robot.shapes]
+        self._points = [shape.piece_points() for shape in robot.shapes]
         self._link_meshes = [
             (number, shape) for number, shape in enumerate(robot.shapes) if isinstance(shape, Mesh)
         ]
-        placed = [o if isinstance(o, PlacedShape) else PlacedShape(o, np.eye(4)) for o in obstacles]
-        self._meshes = [(o.solid, o.pose) for o in placed if isinstance(o.solid, Mesh)]
+        self._meshes = [(o.solid, o.pose) for o in obstacles if isinstance(o.solid, Mesh)]
         self._obstacle_points = np.concatenate(
-            [
-                np.zeros((0, 3)),
-                *(piece_points(o.solid) @ o.pose[:3, :3].T + o.pose[:3, 3] for o in placed),
-            ]
+            [np.zeros((0, 3)), *(obstacle.piece_points() for obstacle in obstacles)]
         )
         self.possible = bool(self._meshes or self._link_meshes)
 
@@ -177,16 +174,3 @@ def _is_inside(mesh: Mesh, turn: Array, shift: Array, points: Array) -> bool:
     if len(points) == 0:
         return False
     return bool(queries(mesh).is_inside((points - shift) @ turn).any())
-
-
-def piece_points(solid: Solid) -> Array:
-    """A point (n, 3) of each connected piece of a solid, in its frame."""
-    if isinstance(solid, Mesh):
-        import trimesh  # half a second, which processes without meshes can save
-
-        whole = trimesh.Trimesh(solid.vertices, solid.faces, process=False)
-        pieces = trimesh.graph.connected_components(
-            whole.face_adjacency, nodes=np.arange(len(solid.faces))
-        )
-        return np.array([solid.vertices[solid.faces[piece[0], 0]] for piece in pieces])
-    return solid.center[None] if isinstance(solid, Box) else np.zeros((1, 3))

@@ -10,21 +10,19 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
 from envs.collision.gjk import distance, moved
-from envs.collision.primitive_sdf import CYLINDER, SPHERE, TRIANGLE, to_solid
+from envs.collision.primitive_sdf import to_solid
+from envs.collision.shapes import CYLINDER, SPHERE, TRIANGLE
 from envs.collision.triangles import point_to_triangle, triangle_to_triangle
-from envs.compiled import njit_hot
-
-_jit = numba.njit(cache=True, nogil=True)
+from envs.compiled import njit_cached, njit_hot
 
 _DEEPEST = 64
 """Nodes that wait at most: halving leaves fewer than 2^32 triangles one each in 32 steps."""
 
 
-@_jit
+@njit_cached
 def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
     """A lower bound of the distance between a solid, a row (17,) of `SceneArrays.solids` in the
     mesh's frame, and the surface of the mesh at a root; or `most`, if it is no less.
@@ -57,7 +55,7 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
     return float(max(least, 0.0))
 
 
-@_jit
+@njit_cached
 def _solid_to_triangle(triangle: Any, row: Any, most: float) -> float:
     if row[16] == SPHERE:
         return float(point_to_triangle(triangle, row[9], row[10], row[11]) - row[12])
@@ -103,7 +101,7 @@ def _take_triangle(trees: Any, leaf: int, row: Any) -> None:
     row[15], row[16] = trees.radii[leaf], TRIANGLE
 
 
-@_jit
+@njit_cached
 def mesh_to_mesh(
     trees: Any, root: int, others: Any, other_root: int, pose: Any, most: float
 ) -> float:

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.shapes import Mesh
+from envs.compiled import njit_cached
 from envs.problem import Array
 
 
@@ -58,9 +58,6 @@ _NONE = Trees(
 _known: WeakKeyDictionary[Mesh, Trees] = WeakKeyDictionary()
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
 def _tree_of(mesh: Mesh) -> Trees:
     """Made once for as long as there is the mesh."""
     if mesh not in _known:
@@ -105,7 +102,7 @@ def _bounds(
     return middles, halves + more, axes, radii + more
 
 
-@_jit
+@njit_cached
 def _moments(corners: Any, order: Any, sizes: Any) -> tuple[Array, Array]:
     """The mean (k, 3) of each node's corners, and the sums (k, 3, 3) of products of what they are
     off it."""
@@ -131,7 +128,7 @@ def _moments(corners: Any, order: Any, sizes: Any) -> tuple[Array, Array]:
     return means, spreads
 
 
-@_jit
+@njit_cached
 def _boxes(
     corners: Any, order: Any, sizes: Any, means: Any, axes: Any
 ) -> tuple[Array, Array, Array]:

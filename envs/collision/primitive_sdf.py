@@ -6,24 +6,18 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
-from envs.collision.distance_fields import ClearanceGrid
 from envs.collision.mesh import queries
-from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, PlacedShape, Sphere
-from envs.compiled import njit_hot, njit_inline
+from envs.collision.shapes import BOX, CYLINDER, Mesh, Obstacle
+from envs.compiled import njit_cached, njit_hot, njit_inline
+from envs.grid import RegularGrid, central_differences, distance_beyond, trilinear
 from envs.problem import Array
 
 _SPACING = 0.02
 """Between the nodes of the grid of distances to meshes, by the extent of where it is asked."""
 
-BOX, CYLINDER, SPHERE, TRIANGLE, NO_SOLID = 0.0, 1.0, 2.0, 3.0, -1.0
-"""What a row says that it is; the last of them stands for a mesh. A triangle's has its corners from
-its centre in place of axes, and size 0."""
-
-MESHES, NOTHING = -1, -2
+MESHES, NO_OBSTACLE = -1, -2
 """Stand for meshes, and for no obstacle, where a nearest one is named."""
 
 
@@ -31,50 +25,30 @@ class SceneArrays(NamedTuple):
     """Obstacles as compiled code sees them.
 
     Attributes:
-        solids: (b, 17), a row for each primitive solid: its axes in the workspace (3, 3), row by
-            row; its centre (3,); its size (3,), which is half the sides of a box, radius, half
-            length and 0 of a cylinder, radius, 0 and 0 of a sphere; the radius of a sphere about
-            the centre that holds it; and what it is.
-        grid: (nx, ny, nz) distances to meshes at the nodes of a grid, float32, at most what they
-            are within the cells about them; a single node where there are no meshes.
-        lower, per_unit: (3,) the grid's first node, and nodes by length.
+        solids: (b, 17), the rows in the workspace of those that are no meshes, see
+            `envs.collision.shapes.distance_row`.
+        grid: of distances to meshes, in single precision, at most what they are within the cells
+            about the nodes; a single node where there are no meshes.
     """
 
     solids: Array
-    grid: NDArray[np.float32]
-    lower: Array
-    per_unit: Array
+    grid: RegularGrid
 
 
-def view_of(obstacles: Sequence[Obstacle], lower: Array, upper: Array) -> SceneArrays:
+def scene_arrays(obstacles: Sequence[Obstacle], lower: Array, upper: Array) -> SceneArrays:
     """What compiled code is given of obstacles, asked between two corners (3,)."""
     rows, meshes = [], []
     for obstacle in obstacles:
-        placed = obstacle if isinstance(obstacle, PlacedShape) else PlacedShape(obstacle, np.eye(4))
-        if isinstance(placed.solid, Mesh):
-            meshes.append((placed.solid, placed.pose))
+        solid, pose = obstacle.solid, obstacle.pose
+        if isinstance(solid, Mesh):
+            meshes.append((solid, pose))
         else:
-            rows.append(solid_row(placed.solid, placed.pose))
+            rows.append(solid.distance_row(pose))
     solids = np.array(rows).reshape(-1, 17)
-    if not meshes:
-        return SceneArrays(solids, np.ones((1, 1, 1), dtype=np.float32), lower, np.ones(3))
-    grid = _grid(meshes, lower, upper)
-    return SceneArrays(solids, grid.values, grid.lower, grid.per_unit)
+    return SceneArrays(solids, _grid(meshes, lower, upper) if meshes else _NO_MESHES)
 
 
-def solid_row(solid: Sphere | Cylinder | Box, pose: Array) -> Array:
-    """The row (17,) of `SceneArrays.solids` for a solid at a pose (4, 4)."""
-    turn, center = pose[:3, :3], pose[:3, 3]
-    if isinstance(solid, Box):
-        kind, size, center = BOX, solid.sides / 2, turn @ solid.center + center
-    elif isinstance(solid, Cylinder):
-        kind, size = CYLINDER, np.array([solid.radius, solid.length / 2, 0.0])
-    else:
-        kind, size = SPHERE, np.array([solid.radius, 0.0, 0.0])
-    return np.concatenate([turn.T.ravel(), center, size, [np.linalg.norm(size), kind]])
-
-
-def _grid(meshes: Sequence[tuple[Mesh, Array]], lower: Array, upper: Array) -> ClearanceGrid:
+def _grid(meshes: Sequence[tuple[Mesh, Array]], lower: Array, upper: Array) -> RegularGrid:
     """The distances to meshes, negative within, lowered by what interpolation may be off."""
     spacing = _SPACING * float((upper - lower).max())
 
@@ -87,10 +61,10 @@ def _grid(meshes: Sequence[tuple[Mesh, Array]], lower: Array, upper: Array) -> C
             found = np.minimum(found, signed)
         return found - math.sqrt(3) / 2 * spacing
 
-    return ClearanceGrid.sampled(distance, lower, upper, spacing)
+    return RegularGrid.sampled(distance, lower, upper, spacing)
 
 
-_jit = numba.njit(cache=True, nogil=True)
+_NO_MESHES = RegularGrid(np.ones((1, 1, 1), dtype=np.float32), np.zeros(3), np.ones(3), np.ones(3))
 
 
 @njit_inline  # a tenth less for all of a clearance
@@ -118,14 +92,14 @@ def to_solid(solids: Any, n: int, x: float, y: float, z: float) -> float:
 @njit_hot
 def nearest(scene: Any, x: float, y: float, z: float, most: float) -> tuple[float, int]:
     """Signed distance from a point to the nearest obstacle, and its number or `MESHES`; or `most`
-    and `NOTHING`, if that is less.
+    and `NO_OBSTACLE`, if that is less.
 
     Exact outside of solids (to meshes never too great); within it is negative and at most the
     true depth in size.
     """
-    least, which = most, NOTHING
-    if scene.grid.size > 1:
-        to_meshes = _to_meshes(scene, x, y, z)
+    least, which = most, NO_OBSTACLE
+    if scene.grid.values.size > 1:
+        to_meshes = _to_meshes(scene.grid, x, y, z)
         if to_meshes < least:
             least, which = to_meshes, MESHES
     solids = scene.solids
@@ -140,11 +114,11 @@ def nearest(scene: Any, x: float, y: float, z: float, most: float) -> tuple[floa
     return least, which
 
 
-@_jit
+@njit_cached
 def normal_at(scene: Any, which: int, x: float, y: float, z: float, normal: Any) -> None:
     """Writes the gradient (3,) of the distance to obstacle number `which`, see `nearest`."""
     if which == MESHES:
-        _normal_of_meshes(scene, x, y, z, normal)
+        central_differences(_to_meshes, scene.grid, scene.grid.per_unit, x, y, z, normal)
         return
     row = scene.solids[which]
     local, slope = np.empty(3), np.empty(3)
@@ -163,7 +137,7 @@ def normal_at(scene: Any, which: int, x: float, y: float, z: float, normal: Any)
         normal[i] = row[i] * slope[0] + row[3 + i] * slope[1] + row[6 + i] * slope[2]
 
 
-@_jit
+@njit_cached
 def _slope_of_box(local: Any, half: Any, slope: Any) -> None:
     squared = 0.0
     deepest, axis = -np.inf, 0
@@ -179,7 +153,7 @@ def _slope_of_box(local: Any, half: Any, slope: Any) -> None:
         slope[axis] = math.copysign(1.0, local[axis])
 
 
-@_jit
+@njit_cached
 def _slope_of_cylinder(local: Any, radius: float, half: float, slope: Any) -> None:
     out = math.sqrt(local[0] ** 2 + local[1] ** 2)
     aside, above = out - radius, abs(local[2]) - half
@@ -196,32 +170,6 @@ def _slope_of_cylinder(local: Any, radius: float, half: float, slope: Any) -> No
 
 
 @njit_hot
-def _to_meshes(scene: Any, x: float, y: float, z: float) -> float:
-    """Trilinearly from the grid; beyond it, what its border leaves less the way to the border."""
-    grid = scene.grid
-    nx, ny, nz = grid.shape
-    u, v, w = x - scene.lower[0], y - scene.lower[1], z - scene.lower[2]
-    x = min(max(u * scene.per_unit[0], 0.0), nx - 1.0)
-    y = min(max(v * scene.per_unit[1], 0.0), ny - 1.0)
-    z = min(max(w * scene.per_unit[2], 0.0), nz - 1.0)
-    u, v, w = u - x / scene.per_unit[0], v - y / scene.per_unit[1], w - z / scene.per_unit[2]
-    beyond = math.sqrt(u * u + v * v + w * w)
-    i, j, k = min(int(x), nx - 2), min(int(y), ny - 2), min(int(z), nz - 2)
-    u, v, w = x - i, y - j, z - k
-    total = 0.0
-    for a in range(2):
-        for b in range(2):
-            along = grid[i + a, j + b, k] * (1 - w) + grid[i + a, j + b, k + 1] * w
-            total += (u if a else 1 - u) * (v if b else 1 - v) * along
-    return total - beyond
-
-
-@_jit
-def _normal_of_meshes(scene: Any, x: float, y: float, z: float, normal: Any) -> None:
-    """Central differences, a node's spacing either way."""
-    for axis in range(3):
-        h = 1 / scene.per_unit[axis]
-        dx, dy, dz = h * (axis == 0), h * (axis == 1), h * (axis == 2)
-        above = _to_meshes(scene, x + dx, y + dy, z + dz)
-        below = _to_meshes(scene, x - dx, y - dy, z - dz)
-        normal[axis] = (above - below) / (2 * h)
+def _to_meshes(grid: Any, x: float, y: float, z: float) -> float:
+    """The distance between the grid's nodes; beyond them, their border's less the way to it."""
+    return trilinear(grid, x, y, z) - distance_beyond(grid, x, y, z)

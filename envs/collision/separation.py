@@ -10,17 +10,14 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.gjk import compose, distance, moved
 from envs.collision.mesh_distance import mesh_to_mesh, solid_to_mesh
 from envs.collision.mesh_tree import Trees, trees_of
-from envs.collision.primitive_sdf import NO_SOLID, solid_row
-from envs.collision.shapes import Mesh, PlacedShape
-from envs.collision.sphere_approximation import bounding_sphere
-from envs.compiled import njit_hot
+from envs.collision.shapes import Mesh, Obstacle
+from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 
 
@@ -28,8 +25,7 @@ class Shapes(NamedTuple):
     """Placed shapes as compiled code sees them, each in the frame that it is placed in.
 
     Attributes:
-        rows: (p, 17), see `primitive_sdf.SceneArrays`; a mesh's is `NO_SOLID` and has but the
-            centre and the radius of a sphere that holds it.
+        rows: (p, 17), see `envs.collision.shapes.distance_row`.
         poses: (p, 3, 4) of the shapes.
         roots: (p,) of the trees of those that are meshes, -1 of others.
         trees: of all meshes.
@@ -41,34 +37,20 @@ class Shapes(NamedTuple):
     trees: Trees
 
 
-def shapes_of(placed: Sequence[PlacedShape]) -> Shapes:
+def shapes_of(placed: Sequence[Obstacle]) -> Shapes:
     """What compiled code is given of shapes."""
     trees, found = trees_of([one.solid for one in placed if isinstance(one.solid, Mesh)])
     roots = np.full(len(placed), -1)
     roots[[isinstance(one.solid, Mesh) for one in placed]] = found
     return Shapes(
-        np.array([_row(one) for one in placed]).reshape(-1, 17),
+        np.array([one.solid.distance_row(one.pose) for one in placed]).reshape(-1, 17),
         np.array([one.pose[:3] for one in placed]).reshape(-1, 3, 4),
         roots,
         trees,
     )
 
 
-def _row(placed: PlacedShape) -> Array:
-    """See `Shapes`."""
-    if not isinstance(placed.solid, Mesh):
-        return solid_row(placed.solid, placed.pose)
-    center, radius = bounding_sphere(placed.solid)
-    row = np.zeros(17)
-    row[9:12] = placed.pose[:3, :3] @ center + placed.pose[:3, 3]
-    row[15], row[16] = radius * (1 + 1e-12), NO_SOLID
-    return row
-
-
-_jit = numba.njit(cache=True, nogil=True)
-
-
-@_jit
+@njit_cached
 def separation(
     a: Any, i: int, row: Any, pose: Any, b: Any, j: int, other: Any, at: Any, most: float
 ) -> float:
@@ -99,7 +81,7 @@ def separation(
     return float(solid_to_mesh(a.trees, a.roots[i], solid, most))
 
 
-@_jit
+@njit_cached
 def least_separation(a: Any, i: int, turn: Any, shift: Any, around: Any, most: float) -> float:
     """The least `separation` of shape i of `a`, after a rotation (3, 3) and a translation (3,),
     from shapes that stand still; or something above `most`."""
@@ -113,7 +95,7 @@ def least_separation(a: Any, i: int, turn: Any, shift: Any, around: Any, most: f
     return least
 
 
-@_jit
+@njit_cached
 def separations(shapes: Any, i: int, j: int, poses: Any, most: float) -> Any:
     """The `separation` (n,) of two shapes whose frames are at poses (n, 2, 3, 4)."""
     row, other = np.empty(17), np.empty(17)

@@ -211,7 +211,7 @@ def _linked_sides(vertices: Array, faces: Ints, edges: _Edges) -> tuple[Ints, In
     """Pairs (l, 2) of sides that look at each other across no face: front sides are numbered as
     their faces, back sides m further. And faces (t,) that lie on others at an edge, so that which
     of them comes first is chance."""
-    edge = _apart_where_closed(faces, edges)
+    edge = _with_closed_patches_split(faces, edges)
     angle = _angles(vertices, edges, edge)
     order = np.lexsort((angle, edge))
     edge, angle = edge[order], angle[order]
@@ -229,7 +229,7 @@ def _linked_sides(vertices: Array, faces: Ints, edges: _Edges) -> tuple[Ints, In
     return np.stack([ahead, behind[following]], axis=1), tied
 
 
-def _apart_where_closed(faces: Ints, edges: _Edges) -> Ints:
+def _with_closed_patches_split(faces: Ints, edges: _Edges) -> Ints:
     """Numbers of edges (3 m,) for half-edges, with one more for each patch that closes by itself:
     what touches it along an edge is not linked with it."""
     if edges.count.max() <= 2:

@@ -1,7 +1,7 @@
 """Distances of triangles in closed form, compiled.
 
-Triangles are rows (17,) as in `primitive_sdf.TRIANGLE`. Results are lowered by `_PRECISION`, which
-is far more than rounding can add to them.
+Triangles are rows (17,) as in `shapes.distance_row`. Results are lowered by `_PRECISION`, which is
+far more than rounding can add to them.
 """
 
 from __future__ import annotations

@@ -114,15 +114,15 @@ def _cleaned(soup: Soup, file: str | Path) -> FileMesh:
     used, renumbered = np.unique(faces, return_inverse=True)
     vertices, faces = vertices[used], renumbered.reshape(-1, 3).astype(np.int64)
     surface = Surface(Mesh(vertices, faces))
-    found = surface.found
-    closed = found.closed and surface.known
+    shells = surface.shells
+    closed = shells.closed and surface.known
     return FileMesh(
         vertices,
         faces,
         len(soup.faces) - len(faces),
         closed=closed,
-        outward=found.largest_is_outward(vertices),
-        holes="" if closed else _holes(found, vertices),
+        outward=shells.largest_is_outward(vertices),
+        holes="" if closed else _holes(shells, vertices),
         notes=soup.notes,
     )
 
@@ -147,11 +147,11 @@ def _merged(
     return vertices[first], same[renumbered].reshape(-1, 3)
 
 
-def _holes(found: Shells, vertices: Array) -> str:
-    if len(found.open_edges) == 0:
+def _holes(shells: Shells, vertices: Array) -> str:
+    if len(shells.open_edges) == 0:
         return "faces lie on one another in part, or have one side only"
-    x, y, z = vertices[found.open_edges[0]].mean(axis=0)
-    return f"{len(found.open_edges)} edges have one face, as at {x:.5g} {y:.5g} {z:.5g}"
+    x, y, z = vertices[shells.open_edges[0]].mean(axis=0)
+    return f"{len(shells.open_edges)} edges have one face, as at {x:.5g} {y:.5g} {z:.5g}"
 
 
 def _wound_alike(faces: NDArray[np.int64], area: Array) -> NDArray[np.int64]:

@@ -125,11 +125,11 @@ class PlugIns:
         return typed_arguments(spec.id, spec.load(), spec.arguments, chosen)
 
 
-def _unfinished(found: list[type]) -> str:
-    if not found:
+def _unfinished(classes: list[type]) -> str:
+    if not classes:
         return ""
-    missing: frozenset[str] = getattr(found[0], "__abstractmethods__", frozenset())
-    return f"; {found[0].__name__} lacks a method `{min(missing)}`"
+    missing: frozenset[str] = getattr(classes[0], "__abstractmethods__", frozenset())
+    return f"; {classes[0].__name__} lacks a method `{min(missing)}`"
 
 
 def _spec_of(cls: type, file: Path) -> Spec:

@@ -38,7 +38,7 @@ class Entry(Generic[T]):
 
     @property
     def id(self) -> str:
-        """The canonical id: with the arguments that differ from their defaults, sorted."""
+        """The canonical id, with the arguments that differ from their defaults, sorted."""
         if not self.arguments:
             return self.spec.id
         return f"{self.spec.id}:{argument_text(self.arguments)}"
@@ -141,6 +141,10 @@ class Registry(Generic[T]):
             InputError: a plug-in has a name that is taken.
         """
         self._read_plugins()
+        return list(self._specs.values())
+
+    def known(self) -> list[Spec]:
+        """The specs that are known so far: plug-ins that nobody has asked for are not looked at."""
         return list(self._specs.values())
 
     def group(self, name: str) -> list[Spec]:

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from envs.errors import InputError, brief, reason
+from envs.errors import InputError, brief, input_error_of, reason
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,10 @@ class Spec:
     under which several are chosen together ("paper"); "all" has those with `in_all`. `without`
     maps an argument to the id of the spec that is meant where the argument is not given: a stand-in
     under its own name. `not_repeatable` is why a planner's path may differ although its seed is
-    the same and no clock cuts it short. `origin` is where a spec of somebody else's is from, a
-    distribution or a file; it is empty for our own.
+    the same and no clock cuts it short. `colour` is what it is drawn in, by Matplotlib's names; one
+    is chosen where none is said. `reference` is how well a planner of ours serves as the one whose
+    path lengths others are held to: of those above 0, the highest that can plan. `origin` is where
+    a spec of somebody else's is from, a distribution or a file; it is empty for our own.
     """
 
     id: str
@@ -42,6 +44,8 @@ class Spec:
     in_all: bool = True
     without: Mapping[str, str] = field(default_factory=dict)
     not_repeatable: str = ""
+    colour: str = ""
+    reference: int = 0
     origin: str = ""
 
     def load(self) -> type:
@@ -85,6 +89,8 @@ _TYPES = {
     "in_all": bool,
     "without": Mapping,
     "not_repeatable": str,
+    "colour": str,
+    "reference": int,
     "origin": str,
 }
 
@@ -153,11 +159,8 @@ def digest(file: Path) -> str:
     Raises:
         InputError: it cannot be read.
     """
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {file}: {error.strerror or error}") from error
-    return hashlib.sha256(content).hexdigest()[:12]
+    with input_error_of(f"cannot read {file}"):
+        return hashlib.sha256(file.read_bytes()).hexdigest()[:12]
 
 
 def _run(file: Path, name: str) -> None:

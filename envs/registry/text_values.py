@@ -146,14 +146,14 @@ _TRUTH = {
 
 
 def _truth(text: str) -> Any:
-    return _found(_TRUTH, text.casefold())
+    return _value_of(_TRUTH, text.casefold())
 
 
 def _none(_: type) -> Kind:
-    return Kind("none", lambda text: _found({"none": None}, text.casefold()), ("none",), rank=0)
+    return Kind("none", lambda text: _value_of({"none": None}, text.casefold()), ("none",), rank=0)
 
 
-def _found(values: abc.Mapping[str, Any], text: str) -> Any:
+def _value_of(values: abc.Mapping[str, Any], text: str) -> Any:
     if text not in values:
         raise ValueError(text)
     return values[text]
@@ -206,7 +206,7 @@ def _one_of(choices: tuple[str, ...], values: abc.Mapping[str, Any]) -> Kind:
 
     def read(text: str) -> Any:
         alike = {one for one in values if one.casefold() == text.casefold()}
-        return values[alike.pop()] if len(alike) == 1 else _found(values, text)
+        return values[alike.pop()] if len(alike) == 1 else _value_of(values, text)
 
     return Kind(f"one of {', '.join(choices)}", read, choices)
 

@@ -10,13 +10,13 @@ from collections.abc import Collection, Sequence
 from itertools import combinations
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.mesh import piece_points, queries
+from envs.collision.mesh import queries
 from envs.collision.separation import Shapes, separations
 from envs.collision.shapes import Mesh, PlacedShape
+from envs.compiled import njit_cached
 from envs.problem import Array
 from envs.robots.chain import Chain, body_poses
 from envs.seeding import stream
@@ -110,14 +110,13 @@ def _farthest(
 def poses_of(chain: Chain, bodies: NDArray[np.int64], q: Array) -> Array:
     """The poses (n, 2, 3, 4) of two of a chain's bodies at configurations (n, d)."""
     poses = np.empty((len(q), 2, 3, 4))
-    _poses_of(chain.view, np.ascontiguousarray(q, dtype=np.float64), bodies, poses)
+    _poses_of(chain.arrays, np.ascontiguousarray(q, dtype=np.float64), bodies, poses)
     return poses
 
 
 def _points(placed: PlacedShape, poses: Array) -> Array:
     """A point of each piece of a shape, (n, k, 3), whose body is at poses (n, 3, 4)."""
-    points = piece_points(placed.solid) @ placed.pose[:3, :3].T + placed.pose[:3, 3]
-    there: Array = points @ np.swapaxes(poses[:, :, :3], 1, 2) + poses[:, None, :, 3]
+    there: Array = placed.piece_points() @ np.swapaxes(poses[:, :, :3], 1, 2) + poses[:, None, :, 3]
     return there
 
 
@@ -156,10 +155,7 @@ def neighbours(chain: Chain, solid: Collection[str]) -> set[tuple[str, str]]:
     return found
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
-@_jit
+@njit_cached
 def _poses_of(chain: Any, q: Any, bodies: Any, poses: Any) -> None:
     """Writes the poses (n, 2, 3, 4) of two bodies."""
     found = np.empty((1 + q.shape[1], 3, 4))

@@ -8,17 +8,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.gjk import at, compose
 from envs.collision.separation import Shapes, separations, shapes_of
 from envs.collision.shapes import PlacedShape, Pose, Solid
-from envs.collision.sphere_approximation import bounding_sphere, cover
+from envs.compiled import njit_cached
 from envs.problem import Array
 from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs, poses_of
-from envs.robots.chain import Chain, ChainView, body_poses
+from envs.robots.chain import Chain, ChainArrays, body_poses
 
 SLACK = 0.008
 """About how far, in metres, the spheres that cover links reach out of their sides."""
@@ -58,7 +57,7 @@ class RobotArrays(NamedTuple):
         moving: the number of parts that move; they come first.
     """
 
-    chain: ChainView
+    chain: ChainArrays
     bodies: NDArray[np.int64]
     offsets: Array
     middles: Array
@@ -103,7 +102,7 @@ class Arm:
 
     @property
     def moving(self) -> int:
-        return self.view.moving
+        return self.arrays.moving
 
     @cached_property
     def links(self) -> tuple[str, ...]:
@@ -132,7 +131,7 @@ class Arm:
 
     @cached_property
     def rate_bound(self) -> float:
-        reach = self.view.reach[:, : self.moving]
+        reach = self.arrays.reach[:, : self.moving]
         return float(np.sqrt((reach**2).sum(axis=0)).max())
 
     @cached_property
@@ -141,19 +140,19 @@ class Arm:
         joints = self.chain.joints
         hops = [float(np.linalg.norm(joint.origin[:3, 3])) for joint in joints[1:]]
         slides = [_slide(joint.prismatic, joint.lower, joint.upper) for joint in joints]
-        view = self.view
-        outward = np.linalg.norm(view.middles, axis=1) + view.extents
+        arrays = self.arrays
+        outward = np.linalg.norm(arrays.middles, axis=1) + arrays.extents
         return sum(hops) + sum(slides) + float(outward.max())
 
     def poses(self, q: Array) -> tuple[Pose, ...]:
         found = np.empty((len(self.parts), 3, 4))
-        _part_poses(self.view, q, found)
+        _part_poses(self.arrays, q, found)
         return tuple((pose[:, :3], pose[:, 3]) for pose in found)
 
     def body_poses(self, q: Array) -> Array:
         """The poses (1 + d, 3, 4) of its bodies at a configuration (d,)."""
         found = np.empty((1 + self.chain.dimension, 3, 4))
-        body_poses(self.chain.view, q, found)
+        body_poses(self.chain.arrays, q, found)
         return found
 
     def links_keep(self, kept: Array, q: Array) -> NDArray[np.bool_]:
@@ -161,31 +160,31 @@ class Arm:
         configurations (n, d), (n,) of bool."""
         keep = np.ones(len(q), dtype=np.bool_)
         for pair in self.pairs:
-            poses = poses_of(self.chain, self.view.bodies[list(pair)], q[keep])
+            poses = poses_of(self.chain, self.arrays.bodies[list(pair)], q[keep])
             keep[keep] &= separations(self._shapes, *pair, poses, kept[pair]) >= kept[pair]
         return keep
 
     def motion_bound(self, a: Array, b: Array) -> float:
         """See `part_bounds`; the greatest of the parts'."""
         bounds = np.empty(self.moving)
-        part_bounds(self.view, np.asarray(a), np.asarray(b), bounds)
+        part_bounds(self.arrays, np.asarray(a), np.asarray(b), bounds)
         return float(bounds.max())
 
     @cached_property
-    def view(self) -> RobotArrays:
+    def arrays(self) -> RobotArrays:
         """What compiled code is given."""
         bodies = np.array([part.body for part in self.parts])
         offsets = np.array([part.placed.pose[:3] for part in self.parts])
-        held = [bounding_sphere(part.placed.solid) for part in self.parts]
+        spheres = [part.placed.solid.bounding_sphere() for part in self.parts]
         middles = np.array(
-            [pose[:, :3] @ m + pose[:, 3] for pose, (m, _) in zip(offsets, held, strict=True)]
+            [pose[:, :3] @ m + pose[:, 3] for pose, (m, _) in zip(offsets, spheres, strict=True)]
         )
-        radii = np.array([radius for _, radius in held])
+        radii = np.array([radius for _, radius in spheres])
         balls, ball_parts = self._covered(offsets)
         outward = np.linalg.norm(balls[:, :3] - middles[ball_parts], axis=1) + balls[:, 3]
         first_balls = np.searchsorted(ball_parts, np.arange(len(bodies) + 1))
         return RobotArrays(
-            self.chain.view,
+            self.chain.arrays,
             bodies,
             offsets,
             middles,
@@ -203,7 +202,7 @@ class Arm:
     def _covered(self, offsets: Array) -> tuple[Array, NDArray[np.int64]]:
         balls, owners = [], []
         for number, (part, pose) in enumerate(zip(self.parts, offsets, strict=True)):
-            spheres = cover(part.placed.solid, SLACK)
+            spheres = part.placed.solid.sphere_cover(SLACK)
             centers = spheres.centers @ pose[:, :3].T + pose[:, 3]
             balls.append(np.column_stack([centers, spheres.radii]))
             owners.append(np.full(len(centers), number))
@@ -238,18 +237,15 @@ def _slide(prismatic: bool, lower: float, upper: float) -> float:
     return max(abs(lower), abs(upper)) if prismatic else 0.0
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
-@_jit
-def _part_poses(arm: Any, q: Any, found: Any) -> None:
+@njit_cached
+def _part_poses(arm: Any, q: Any, poses: Any) -> None:
     bodies = np.empty((1 + len(q), 3, 4))
     body_poses(arm.chain, q, bodies)
-    for part in range(len(found)):
-        compose(bodies[arm.bodies[part]], arm.offsets[part], found[part])
+    for part in range(len(poses)):
+        compose(bodies[arm.bodies[part]], arm.offsets[part], poses[part])
 
 
-@_jit
+@njit_cached
 def part_bounds(arm: Any, a: Any, b: Any, bounds: Any) -> None:
     """Writes bounds (moving,) on the speed of any point of each part, in metres per unit of t,
     while the configuration moves as a + t (b - a), t in [0, 1].
@@ -278,7 +274,7 @@ def part_bounds(arm: Any, a: Any, b: Any, bounds: Any) -> None:
             later += half[i] * arm.reach[i, part]
 
 
-@_jit
+@njit_cached
 def _from_axis(arm: Any, bodies: Any, joint: int, x: float, y: float, z: float) -> float:
     """The distance of a point from the axis of a joint, whose body's pose is in `bodies`."""
     pose = bodies[joint + 1]

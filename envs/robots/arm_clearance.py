@@ -11,14 +11,15 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.collision.continuous import compiled_is_covered
 from envs.collision.gjk import at, moved
-from envs.collision.primitive_sdf import NO_SOLID, NOTHING, SceneArrays, nearest, to_solid
+from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest, to_solid
 from envs.collision.separation import separation
-from envs.compiled import njit_hot, parallel_for
+from envs.collision.shapes import MESH
+from envs.compiled import njit_cached, njit_hot, parallel_for
 from envs.problem import Array
 from envs.robots.arm import RobotArrays, part_bounds
 from envs.robots.chain import body_poses
@@ -49,33 +50,30 @@ def paths_are_free(
     return np.array([_path_is_free(arm, scene, path, tolerance) for path in ready], dtype=np.bool_)
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
-@_jit
-def part_clearances(arm: Any, scene: Any, q: Any, found: Any) -> float:
+@njit_cached
+def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> float:
     """Writes the clearances (moving,) of the parts at a configuration (d,), the least of which is
     returned. Where parts must not touch each other, that counts for the one farther from the
     base, which is the one that moves as seen from the other."""
     bodies = np.empty((1 + len(q), 3, 4))
     body_poses(arm.chain, q, bodies)
     balls = np.empty((len(arm.balls), 3))
-    found[:] = np.inf
+    clearances[:] = np.inf
     for ball in range(len(arm.balls)):
         part = arm.ball_parts[ball]
         x, y, z = at(bodies[arm.bodies[part]], arm.balls[ball])
         balls[ball, 0], balls[ball, 1], balls[ball, 2] = x, y, z
         if part < arm.moving:
             radius = arm.balls[ball, 3]
-            found[part] = nearest(scene, x, y, z, found[part] + radius)[0] - radius
+            clearances[part] = nearest(scene, x, y, z, clearances[part] + radius)[0] - radius
     if arm.pairs.any():
-        _against_itself(arm, bodies, balls, found)
-    least: float = found.min()
+        _against_itself(arm, bodies, balls, clearances)
+    least: float = clearances.min()
     return least
 
 
-@_jit
-def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
+@njit_cached
+def _against_itself(arm: Any, bodies: Any, balls: Any, clearances: Any) -> None:
     """Lowers clearances to those from other parts; of meshes, to those of their spheres at `balls`
     (m, 3) while these are `_NEAR` apart. Any nearer they are exact: the spheres of two links side
     by side may overlap wherever these are."""
@@ -87,11 +85,11 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
             body, beside = arm.bodies[part], arm.bodies[other]
             if beside >= body or not arm.pairs[part, other]:
                 continue
-            most = found[part]
+            most = clearances[part]
             if arm.shapes.roots[part] >= 0 or arm.shapes.roots[other] >= 0:
-                apart = _balls_apart(arm, balls, part, other, rows)
+                apart = _distance_of_spheres(arm, balls, part, other, rows)
                 if apart >= _NEAR:
-                    found[part] = min(most, apart)
+                    clearances[part] = min(most, apart)
                     continue
                 most = min(most, _NEAR)
             apart = separation(
@@ -105,19 +103,19 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, found: Any) -> None:
                 bodies[beside],
                 most,
             )
-            found[part] = min(most, apart if apart > 0.0 else TOUCHING)
+            clearances[part] = min(most, apart if apart > 0.0 else TOUCHING)
 
 
-@_jit
-def _balls_apart(arm: Any, balls: Any, part: int, other: int, rows: Any) -> float:
+@njit_cached
+def _distance_of_spheres(arm: Any, balls: Any, part: int, other: int, rows: Any) -> float:
     """The least distance of the spheres of one part from those of another. Where one is no mesh
     it stands for its own spheres, which reach far out of flat ends."""
-    if rows[part, 16] != NO_SOLID:
+    if rows[part, 16] != MESH:
         part, other = other, part
     least = np.inf
     for a in range(arm.first_balls[part], arm.first_balls[part + 1]):
         x, y, z, radius = balls[a, 0], balls[a, 1], balls[a, 2], arm.balls[a, 3]
-        if rows[other, 16] != NO_SOLID:
+        if rows[other, 16] != MESH:
             least = min(least, to_solid(rows, other, x, y, z) - radius)
             continue
         for b in range(arm.first_balls[other], arm.first_balls[other + 1]):
@@ -126,17 +124,17 @@ def _balls_apart(arm: Any, balls: Any, part: int, other: int, rows: Any) -> floa
     return least
 
 
-@_jit
-def _clearances(arm: Any, scene: Any, q: Any, found: Any) -> None:
+@njit_cached
+def _clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> None:
     if arm.pairs.any():
         parts = np.empty(arm.moving)
         for n in range(len(q)):
-            found[n] = part_clearances(arm, scene, q[n], parts)
+            clearances[n] = part_clearances(arm, scene, q[n], parts)
         return
     bodies = np.empty((1 + q.shape[1], 3, 4))
     for n in range(len(q)):
         body_poses(arm.chain, q[n], bodies)
-        found[n] = _least(arm, scene, bodies)
+        clearances[n] = _least(arm, scene, bodies)
 
 
 @njit_hot
@@ -147,7 +145,7 @@ def _least(arm: Any, scene: Any, bodies: Any) -> float:
     for part in range(arm.moving - 1, -1, -1):
         pose = bodies[arm.bodies[part]]
         x, y, z = at(pose, arm.middles[part])
-        if nearest(scene, x, y, z, least + arm.extents[part])[1] == NOTHING:
+        if nearest(scene, x, y, z, least + arm.extents[part])[1] == NO_OBSTACLE:
             continue
         for ball in range(arm.first_balls[part], arm.first_balls[part + 1]):
             x, y, z = at(pose, arm.balls[ball])
@@ -156,7 +154,7 @@ def _least(arm: Any, scene: Any, bodies: Any) -> float:
     return least
 
 
-@_jit
+@njit_cached
 def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> bool:
     """Whether the straight motion from a to b (d,) is proved free of collision.
 
@@ -165,26 +163,23 @@ def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> b
     """
     bounds, parts = np.empty(arm.moving), np.empty(arm.moving)
     part_bounds(arm, a, b, bounds)
-    low, high = [0.0], [1.0]
-    n = 0
-    while n < len(low):
-        middle = (low[n] + high[n]) / 2
-        if part_clearances(arm, scene, a + middle * (b - a), parts) <= tolerance:
-            return False
-        reach = np.inf
-        for part in range(arm.moving):
-            if bounds[part] > 0:
-                reach = min(reach, (parts[part] - tolerance / 2) / bounds[part])
-        if reach < (high[n] - low[n]) / 2:
-            low.append(low[n])
-            high.append(middle - reach)
-            low.append(middle + reach)
-            high.append(high[n])
-        n += 1
-    return True
+    return compiled_is_covered(_share_free, (arm, scene, a, b, tolerance, bounds, parts), 1.0)
 
 
-@_jit
+@njit_cached
+def _share_free(motion: Any, t: float) -> float:
+    """How much of a motion about t is proved free, or -1 where it is not."""
+    arm, scene, a, b, tolerance, bounds, parts = motion
+    if part_clearances(arm, scene, a + t * (b - a), parts) <= tolerance:
+        return -1.0
+    share: float = np.inf
+    for part in range(arm.moving):
+        if bounds[part] > 0:
+            share = min(share, (parts[part] - tolerance / 2) / bounds[part])
+    return share
+
+
+@njit_cached
 def _path_is_free(arm: Any, scene: Any, path: Any, tolerance: float) -> bool:
     if len(path) == 1:
         return segment_is_free(arm, scene, path[0], path[0], tolerance)

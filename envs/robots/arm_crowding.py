@@ -52,5 +52,4 @@ def _of_links(arm: Arm, i: int, j: int) -> str:
 
 
 def _of_obstacle(arm: Arm, part: int, number: int, obstacle: PlacedShape) -> str:
-    kind = type(obstacle.solid).__name__.lower()
-    return f"link {arm.links[part]!r} to obstacle {number + 1} (a {kind})"
+    return f"link {arm.links[part]!r} to obstacle {number + 1} (a {obstacle.solid.kind})"

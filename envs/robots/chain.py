@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.gjk import compose
-from envs.compiled import njit_hot
+from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 
 
@@ -31,6 +30,7 @@ class Joint:
         axis: (3,) of unit length, in the joint's frame.
         prismatic: whether it slides along the axis instead of turning about it.
         lower, upper: limits, in radians or metres.
+        velocity: the limit of its velocity, in radians or metres a second; None if none is stated.
     """
 
     name: str
@@ -39,6 +39,7 @@ class Joint:
     prismatic: bool
     lower: float
     upper: float
+    velocity: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,9 +77,9 @@ class Chain:
         return len(self.joints)
 
     @cached_property
-    def view(self) -> ChainView:
+    def arrays(self) -> ChainArrays:
         """What compiled code is given."""
-        return ChainView(
+        return ChainArrays(
             np.array([joint.origin[:3] for joint in self.joints]),
             np.array([joint.axis for joint in self.joints]),
             np.array([joint.prismatic for joint in self.joints]),
@@ -93,7 +94,7 @@ class Chain:
             )
         bodies, offsets = self._link_arrays
         poses = np.zeros((len(configurations), len(bodies), 4, 4))
-        _forward(self.view, configurations, bodies, offsets, poses)
+        _forward(self.arrays, configurations, bodies, offsets, poses)
         return poses
 
     @cached_property
@@ -102,7 +103,7 @@ class Chain:
         return bodies, np.array([link.offset[:3] for link in self.links])
 
 
-class ChainView(NamedTuple):
+class ChainArrays(NamedTuple):
     """A chain's joints as compiled code sees them: origins (d, 3, 4), axes (d, 3), prismatic (d,).
 
     Poses in compiled code are (3, 4), the upper rows of homogeneous ones.
@@ -111,9 +112,6 @@ class ChainView(NamedTuple):
     origins: Array
     axes: Array
     prismatic: NDArray[np.bool_]
-
-
-_jit = numba.njit(cache=True, nogil=True)
 
 
 @njit_hot
@@ -153,7 +151,7 @@ def _turn(pose: Any, axis: Any, angle: float) -> None:
         pose[i, 2] = w * c + (u * y - v * x) * s + along * z
 
 
-@_jit
+@njit_cached
 def _forward(chain: Any, q: Any, bodies: Any, offsets: Any, poses: Any) -> None:
     at_body = np.empty((1 + q.shape[1], 3, 4))
     for n in range(len(q)):

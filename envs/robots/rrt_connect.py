@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 
 from envs.collision.primitive_sdf import SceneArrays
+from envs.compiled import njit_cached
 from envs.problem import Array
 from envs.robots.arm import RobotArrays
 from envs.robots.arm_clearance import segment_is_free
@@ -36,10 +36,7 @@ def is_connected(
     return bool(_joined(arm, scene, start, goal, samples, _STEP, tolerance))
 
 
-_jit = numba.njit(cache=True, nogil=True)
-
-
-@_jit
+@njit_cached
 def _nearest(tree: Any, size: int, q: Any) -> int:
     best, least = 0, np.inf
     for n in range(size):
@@ -51,7 +48,7 @@ def _nearest(tree: Any, size: int, q: Any) -> int:
     return best
 
 
-@_jit
+@njit_cached
 def _extended(
     arm: Any, scene: Any, tree: Any, size: int, q: Any, step: float, tolerance: float
 ) -> tuple[int, bool]:
@@ -67,7 +64,7 @@ def _extended(
     return size + 1, there
 
 
-@_jit
+@njit_cached
 def _joined(
     arm: Any, scene: Any, start: Any, goal: Any, samples: Any, step: float, tolerance: float
 ) -> bool:

@@ -100,7 +100,7 @@ def _check_serial(moving: Sequence[tuple[int, Any]]) -> None:
             found |= {n} if body in found else set()
         return sorted(found - {number})
 
-    def told(number: int) -> str:
+    def describe(number: int) -> str:
         rest = [moving[n - 1][1].name for n in beyond(number)]
         if not rest:
             return _named(moving[number - 1][1])
@@ -108,7 +108,7 @@ def _check_serial(moving: Sequence[tuple[int, Any]]) -> None:
         named = ", ".join(map(repr, rest)) if few else f"{len(rest)} joints"
         return f"{_named(moving[number - 1][1])} with {named} beyond it"
 
-    branches = [", and ".join(map(told, them)) for them in after.values() if len(them) > 1]
+    branches = [", and ".join(map(describe, them)) for them in after.values() if len(them) > 1]
     if branches:
         raise InputError(
             f"joints {'; and '.join(branches)} branch off the same body; only serial arms are "
@@ -184,7 +184,14 @@ def _joint(joint: Any, origin: Array) -> Joint:
     if not 1e-9 < length < math.inf:
         raise InputError(f"joint {joint.name!r}: its axis has no usable length, as 0 0 1 has")
     lower, upper = _limits(joint)
-    return Joint(joint.name, origin, joint.axis / length, joint.type == "prismatic", lower, upper)
+    axis, slides = joint.axis / length, joint.type == "prismatic"
+    return Joint(joint.name, origin, axis, slides, lower, upper, _velocity(joint))
+
+
+def _velocity(joint: Any) -> float | None:
+    """The limit of its velocity; 0, which exporters write where they know none, is none."""
+    stated = None if joint.limit is None else joint.limit.velocity
+    return stated if stated is not None and 0 < stated < math.inf else None
 
 
 def _limits(joint: Any) -> tuple[float, float]:
@@ -205,13 +212,13 @@ def _limits(joint: Any) -> tuple[float, float]:
 def _tell_of_soft_limits(robot: Any, file: Path) -> None:
     """Says which joints a safety controller would hold back. MoveIt narrows their limits so, while
     Pinocchio and others do not, and some problems of MotionBenchMaker are beyond them."""
-    held = [joint.name for joint in robot.joints if _is_held_back(joint)]
-    if held:
-        named = ", ".join(map(repr, held))
+    limited = [joint.name for joint in robot.joints if _has_tighter_soft_limits(joint)]
+    if limited:
+        named = ", ".join(map(repr, limited))
         tell_once(f"{file}: <safety_controller>'s soft limits are not used, only <limit>: {named}")
 
 
-def _is_held_back(joint: Any) -> bool:
+def _has_tighter_soft_limits(joint: Any) -> bool:
     soft = joint.safety_controller
     if soft is None:
         return False
@@ -252,11 +259,11 @@ def _solid(geometry: Any, folder: Path) -> Solid:
     scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
     if np.any(np.equal(scale, 0)):
         raise InputError("a mesh's scale must not be 0")
-    mesh = read_mesh(_found(geometry.mesh.filename, folder))
+    mesh = read_mesh(_mesh_file(geometry.mesh.filename, folder))
     return Mesh(mesh.vertices * scale, mesh.faces)
 
 
-def _found(name: str, folder: Path) -> Path:
+def _mesh_file(name: str, folder: Path) -> Path:
     """The file of a mesh that a URDF in a folder names: from there, or as a package's, from any
     folder above."""
     scheme, _, rest = name.rpartition("://")

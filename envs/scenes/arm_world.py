@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 
 from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
 from envs.collision.mesh import Containment
-from envs.collision.primitive_sdf import SceneArrays, view_of
+from envs.collision.primitive_sdf import SceneArrays, scene_arrays
 from envs.collision.shapes import PlacedShape, rounded
-from envs.environment import Environment, SpeedModel
+from envs.environment import Environment
 from envs.errors import InputError
 from envs.problem import Array, Problem
 from envs.robots import arm_clearance, rrt_connect
@@ -22,6 +23,7 @@ from envs.robots.allowed_collisions import FAR
 from envs.robots.arm import SLACK, Arm, RobotArrays
 from envs.robots.arm_crowding import causes
 from envs.seeding import derived_seed, stream
+from envs.speed_model import SpeedModel
 
 _D_MAX = 0.05 / 0.4
 """Metres: the paper's 0.05, in whose space a metre is 0.4."""
@@ -76,6 +78,7 @@ class ArmWorld(Environment):
     min_clearance = 0.02
     min_separation = 1.0
     most_free_of_five = 5
+    units = MappingProxyType({"configuration": "rad", "workspace": "m"})
 
     def __init__(
         self, arm: Arm, obstacles: Sequence[PlacedShape], kind: str, seeds: tuple[int, ...] = ()
@@ -93,12 +96,18 @@ class ArmWorld(Environment):
     def extent(self) -> float:
         return 2 * self.robot.extent
 
+    @property
+    def velocity_limits(self) -> Array | None:
+        """As stated by the robot's file, if it states all."""
+        stated = [joint.velocity for joint in self.robot.chain.joints]
+        return None if None in stated else np.array(stated, dtype=float)
+
     @cached_property
     def scene(self) -> SceneArrays:
         """The obstacles as compiled code sees them."""
         reach = self.robot.extent + 2 * _D_MAX
         at = self.robot.chain.joints[0].origin[:3, 3]
-        return view_of(self.obstacles, at - reach, at + reach)
+        return scene_arrays(self.obstacles, at - reach, at + reach)
 
     def clearance(self, q: Array) -> Array:
         """Distances (n,), in metres, by `CollisionModel`, one configuration (n, d) at a time; just
@@ -108,13 +117,13 @@ class ArmWorld(Environment):
 
     def approximate_clearance(self, q: Array) -> Array:
         """Never more than `clearance` in free space; see `envs.robots.arm_clearance`."""
-        return arm_clearance.clearances(self.robot.view, self.scene, self.configurations(q))
+        return arm_clearance.clearances(self.robot.arrays, self.scene, self.configurations(q))
 
     def speed_on_grid(self, q: Array) -> Array:
         return self.speed_model(self.approximate_clearance(q))
 
     def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
-        free = arm_clearance.paths_are_free(self.robot.view, self.scene, paths, tolerance)
+        free = arm_clearance.paths_are_free(self.robot.arrays, self.scene, paths, tolerance)
         if self.allowed is not None:  # which cannot change along a path that touches nothing
             free &= self.allowed(np.array([path[0] for path in paths]))
         return free
@@ -134,7 +143,7 @@ class ArmWorld(Environment):
 
     def _part_clearances(self, q: Array) -> Array:
         found = np.empty(self.robot.moving)
-        arm_clearance.part_clearances(self.robot.view, self.scene, q, found)
+        arm_clearance.part_clearances(self.robot.arrays, self.scene, q, found)
         return found
 
     @cached_property
@@ -209,7 +218,7 @@ class ArmWorld(Environment):
 
     def _take(self, made: _Made, rng: np.random.Generator, start: Array, goal: Array) -> bool:
         """Adds a problem if it will do."""
-        arm, scene = self.robot.view, self.scene
+        arm, scene = self.robot.arrays, self.scene
         straight = self._model.segment_is_free(start, goal)
         recent = made.straight[len(made.straight) - len(made.straight) % 5 :]
         if straight and sum(recent) == self.most_free_of_five:
@@ -246,7 +255,7 @@ class ArmWorld(Environment):
     @cached_property
     def _unpaired(self) -> RobotArrays:
         """The arm whose links may touch each other."""
-        return self.robot.view._replace(pairs=np.zeros_like(self.robot.view.pairs))
+        return self.robot.arrays._replace(pairs=np.zeros_like(self.robot.arrays.pairs))
 
     def definition(self) -> dict[str, Any]:
         model = self.speed_model

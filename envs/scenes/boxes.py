@@ -9,11 +9,11 @@ import numpy as np
 
 from envs.collision.distance_fields import signed_distance_to_boxes
 from envs.collision.shapes import Box
-from envs.environment import SpeedModel
 from envs.errors import InputError
 from envs.problem import Array
 from envs.scenes import HALF_SIDE
 from envs.scenes.point_world import PointWorld
+from envs.speed_model import SpeedModel
 
 
 class BoxWorld(PointWorld):

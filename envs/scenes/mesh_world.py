@@ -8,17 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.distance_fields import ClearanceGrid, distance_transform, grid_axes
-from envs.collision.enclosure import NOTHING, Enclosure
+from envs.collision.distance_fields import distance_transform
+from envs.collision.enclosure import NO_INSIDE, Enclosure
 from envs.collision.fcl_model import Allowed
 from envs.collision.mesh import cap_holes, queries
 from envs.collision.shapes import Mesh
-from envs.environment import SpeedModel
 from envs.errors import InputError, suggestion, tell_once
 from envs.files.mesh_file import FileMesh, read_mesh
+from envs.grid import RegularGrid, node_axes, node_counts
 from envs.problem import Array
 from envs.scenes import HALF_SIDE
 from envs.scenes.point_world import PointWorld
+from envs.speed_model import SpeedModel
 
 DEFAULT_RADIUS = 0.01
 """The robot's radius in the paper's units, if none is given: the paper's collision threshold."""
@@ -59,11 +60,6 @@ class Transform:
         """Points (..., 3) of the mesh's frame, in the world's."""
         there: Array = points * self.scale + self.offset
         return there
-
-    def to_mesh(self, points: Array) -> Array:
-        """Points (..., 3) of the world, in the mesh's frame."""
-        back: Array = (points - self.offset) / self.scale
-        return back
 
 
 _BESIDE_HOLES = 0.2
@@ -138,7 +134,7 @@ class MeshWorld(PointWorld):
     @property
     def _enclosure(self) -> Enclosure:
         if self.kind == "shell":
-            return NOTHING
+            return NO_INSIDE
         return self._queries.room if self.is_interior else self._queries.filled
 
     def _close(self, read: FileMesh) -> None:
@@ -177,15 +173,16 @@ class MeshWorld(PointWorld):
 
     def approximate_clearance(self, q: Array) -> Array:
         """Off by at most `ROUGH` d_max, but for one in a thousand, see `distance_transform`."""
-        return self._grid(self.configurations(q))
+        return self._grid.interpolate(self.configurations(q))
 
     @cached_property
-    def _grid(self) -> ClearanceGrid:
+    def _grid(self) -> RegularGrid:
         spacing = ROUGH * self.speed_model.d_max * 2 / np.sqrt(self.dimension)
-        axes = grid_axes(*self.free_bounds, spacing)
+        axes = node_axes(*self.free_bounds, node_counts(*self.free_bounds, spacing))
         closest = self._distance.closest
         values = distance_transform(self._whole, closest, self._is_out, axes)
-        return ClearanceGrid(values - self.robot.radius, *self.free_bounds)
+        clearances = (values - self.robot.radius).astype(np.float32)
+        return RegularGrid.between(clearances, *self.free_bounds)
 
     def _is_out(self, points: Array) -> Any:
         """Whether points (n, 3) are where the robot may not be, (n,) of bool."""

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from envs.environment import Environment, SpeedModel
+from envs.environment import Environment
 from envs.free_space import GridComponents, connected_problems
 from envs.problem import Problem
 from envs.robots.point import PointRobot
 from envs.scenes import HALF_SIDE
 from envs.seeding import derived_seed, stream
+from envs.speed_model import SpeedModel
 
 
 class PointWorld(Environment):

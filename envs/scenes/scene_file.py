@@ -9,13 +9,13 @@ import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
 
-from envs.collision.shapes import LARGEST, Box, Cylinder, Mesh, PlacedShape, Solid, Sphere
-from envs.errors import InputError, brief, suggestion
+from envs.collision.shapes import LARGEST, SIZED, Mesh, PlacedShape, Solid
+from envs.errors import InputError, brief, input_error_of, suggestion
 from envs.files.mesh_file import read_mesh
 from envs.files.paths import exists, safe_join
 from envs.problem import Array
 
-_SHAPES = ("box", "sphere", "cylinder", "mesh")
+_SHAPES = (*SIZED, "mesh")
 _KEYS = (*_SHAPES, "scale", "position", "rpy")
 
 
@@ -83,14 +83,13 @@ def _entries(file: Path) -> list[Any]:
     if not exists(file.is_file):
         raise InputError("no such file")
     try:
-        size = file.stat().st_size
-        if size > _MOST_BYTES:
-            raise InputError(f"has {size} bytes; scenes of at most {_MOST_BYTES} are read")
-        content = yaml.load(file.read_bytes(), _Loader)
+        with input_error_of("cannot be read"):
+            size = file.stat().st_size
+            if size > _MOST_BYTES:
+                raise InputError(f"has {size} bytes; scenes of at most {_MOST_BYTES} are read")
+            content = yaml.load(file.read_bytes(), _Loader)
     except InputError:
         raise
-    except OSError as error:
-        raise InputError(f"cannot be read: {error}") from error
     except (yaml.YAMLError, *_ODD_SCALARS) as error:
         raise InputError(f"not YAML, mend it: {' '.join(str(error).split())}") from error
     if not isinstance(content, dict):
@@ -127,14 +126,13 @@ def _check_keys(entry: dict[Any, Any]) -> None:
 
 
 def _solid(entry: dict[Any, Any], folder: Path) -> Solid:
-    if "box" in entry:
-        return Box(np.zeros(3), np.array(_sizes(entry, "box", 3)))
-    if "sphere" in entry:
-        return Sphere(_size(entry["sphere"], "sphere"))
-    if "cylinder" in entry:
-        radius, length = _sizes(entry, "cylinder", 2)
-        return Cylinder(radius, length)
-    return _mesh(entry, folder)
+    [kind] = [key for key in _SHAPES if key in entry]
+    if kind not in SIZED:
+        return _mesh(entry, folder)
+    shape = SIZED[kind]
+    if shape.sizes == 1:
+        return shape.of_sizes([_size(entry[kind], kind)])
+    return shape.of_sizes(_sizes(entry, kind, shape.sizes))
 
 
 def _mesh(entry: dict[Any, Any], folder: Path) -> Mesh:

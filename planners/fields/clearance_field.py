@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary, ref
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from envs import Environment
-from envs.collision.distance_fields import ClearanceGrid
-from envs.compiled import QUICK, parallel_for
+from envs.compiled import njit_cached_quick, njit_quick, parallel_for
+from envs.grid import RegularGrid, central_differences, trilinear
 from envs.problem import Array
+from envs.speed_model import NormalizedSpeed, speed_at
 from planners.learning.normalizer import Normalizer
 
 _SPACING = 0.07
@@ -30,37 +30,41 @@ _SAMPLES_PER_REACH = 10
 """Of the speed along a straight line, per d_max."""
 
 
-class View(NamedTuple):
+class ClearanceField(NamedTuple):
     """Clearances as compiled code sees them.
 
     Lengths and positions are in the networks' space, clearances are by d_max.
 
     Attributes:
-        clearance: (nx, ny, nz) on the nodes of a regular grid, float32.
-        lower, per_unit: (3,) its first node, and cells by length along each axis.
+        grid: of clearances, in single precision.
         reach: d_max.
-        least_speed: that at d_min.
-        contact_speed: that at contact, see `envs.environment.SpeedModel`.
+        speed: by clearance.
     """
 
-    clearance: NDArray[np.float32]
-    lower: Array
-    per_unit: Array
+    grid: RegularGrid
     reach: float
-    least_speed: float
-    contact_speed: float
+    speed: NormalizedSpeed
+
+    @staticmethod
+    def none() -> ClearanceField:
+        """Where nothing is looked up."""
+        nodes = np.zeros((2, 2, 2), dtype=np.float32)
+        grid = RegularGrid(nodes, np.zeros(3), np.ones(3), np.ones(3))
+        return ClearanceField(grid, 0.0, NormalizedSpeed(1.0, 1.0))
 
 
-NOWHERE = View(np.zeros((2, 2, 2), dtype=np.float32), np.zeros(3), np.zeros(3), 0.0, 1.0, 1.0)
-"""Where nothing is looked up."""
+def normalized_clearance(env: Environment) -> Callable[[Array], Array]:
+    """Approximate clearances by d_max (n,) at (n, d) in the networks' space."""
+    scale, d_max = Normalizer.of(env), env.speed_model.d_max
+    return lambda x: env.approximate_clearance(scale.denormalize(x)) / d_max
 
 
-class Surroundings:
+class ClearanceMap:
     """Clearances on a grid, of a robot that only translates in three dimensions.
 
     Attributes:
         lower, upper: (3,) corners of what holds all of free space, in the networks' space.
-        view: what compiled code is given; made when it is first asked for, which takes seconds.
+        field: what compiled code is given; made when it is first asked for, which takes seconds.
 
     Raises:
         ValueError: the environment has another dimension.
@@ -75,27 +79,26 @@ class Surroundings:
         self._env = ref(env)  # by which these are kept: it would never go
 
     @cached_property
-    def view(self) -> View:
+    def field(self) -> ClearanceField:
         env = self._env()
         assert env is not None, "who asks for what is about it keeps it"
         scale, model = Normalizer.of(env), env.speed_model
         reach = model.d_max / scale.extent
         volume = float(np.prod(self.upper - self.lower))
-        grid = ClearanceGrid.sampled(
-            lambda x: env.approximate_clearance(scale.denormalize(x)) / model.d_max,
+        grid = RegularGrid.sampled(
+            normalized_clearance(env),
             self.lower,
             self.upper,
             max(_SPACING * reach, (volume / _MOST_NODES) ** (1 / 3)),
         )
-        least = model.d_min / model.d_max
-        return View(grid.values, grid.lower, grid.per_unit, reach, least, model.contact or least)
+        return ClearanceField(grid, reach, model.normalized)
 
-    def __deepcopy__(self, memo: Any) -> Surroundings:
+    def __deepcopy__(self, memo: Any) -> ClearanceMap:
         return self  # nothing in it changes
 
     def clearance(self, x: Array) -> Array:
         """Clearances (n,) at (n, 3), by d_max."""
-        found: Array = _clearances(self.view, np.ascontiguousarray(x, dtype=np.float64))
+        found: Array = _clearances(self.field, np.ascontiguousarray(x, dtype=np.float64))
         return found
 
     def straight_times(self, a: Array, b: Array) -> Array:
@@ -106,97 +109,68 @@ class Surroundings:
         times = np.empty(len(begin))
 
         def fill(part: slice) -> None:
-            times[part] = straight_times(self.view, begin[part], end[part])
+            times[part] = straight_times(self.field, begin[part], end[part])
 
         parallel_for(fill, len(begin), _BLOCK)
         return times.reshape(a.shape[:-1])
 
 
-_made: WeakKeyDictionary[Environment, Surroundings] = WeakKeyDictionary()
+_made: WeakKeyDictionary[Environment, ClearanceMap] = WeakKeyDictionary()
 
 
-def surroundings_of(env: Environment) -> Surroundings:
+def clearance_map_of(env: Environment) -> ClearanceMap:
     """Those of an environment: made once, kept as long as it is."""
     if env not in _made:
-        _made[env] = Surroundings(env)
+        _made[env] = ClearanceMap(env)
     return _made[env]
 
 
-_jit = numba.njit(cache=True, nogil=True, fastmath=QUICK)
+@njit_quick
+def clearance_at(field: Any, x: float, y: float, z: float) -> float:
+    """Clearance by d_max; beyond the grid, its border goes on."""
+    clearance: float = trilinear(field.grid, x, y, z)
+    return clearance
 
 
-@_jit
-def clearance_at(view: Any, x: float, y: float, z: float) -> float:
-    """Clearance by d_max, multilinearly interpolated; beyond the grid, its border goes on."""
-    values = view.clearance
-    nx, ny, nz = values.shape
-    x = min(max((x - view.lower[0]) * view.per_unit[0], 0.0), nx - 1.0)
-    y = min(max((y - view.lower[1]) * view.per_unit[1], 0.0), ny - 1.0)
-    z = min(max((z - view.lower[2]) * view.per_unit[2], 0.0), nz - 1.0)
-    i, j, k = min(int(x), nx - 2), min(int(y), ny - 2), min(int(z), nz - 2)
-    u, v, w = x - i, y - j, z - k
-    total = 0.0
-    for a in range(2):
-        for b in range(2):
-            along_z = values[i + a, j + b, k] * (1 - w) + values[i + a, j + b, k + 1] * w
-            total += (u if a else 1 - u) * (v if b else 1 - v) * along_z
-    return total
+@njit_quick
+def uphill(field: Any, x: Any, slope: Any) -> None:
+    """Writes the gradient (3,) of the clearance at (3,), per length."""
+    central_differences(clearance_at, field, field.grid.per_unit, x[0], x[1], x[2], slope)
 
 
-@_jit
-def speed_at(view: Any, clearance: float) -> float:
-    """See `envs.environment.SpeedModel`."""
-    speed: float = min(max(clearance, view.least_speed), 1.0)
-    if clearance < view.least_speed and view.contact_speed < view.least_speed:
-        depth = 1 - max(clearance, 0.0) / view.least_speed
-        speed *= (view.contact_speed / view.least_speed) ** depth
-    return speed
-
-
-@_jit
-def uphill(view: Any, x: Any, slope: Any) -> None:
-    """Writes the gradient (3,) of the clearance at (3,), per length: central differences."""
-    for axis in range(3):
-        h = 1 / view.per_unit[axis]
-        dx, dy, dz = h * (axis == 0), h * (axis == 1), h * (axis == 2)
-        above = clearance_at(view, x[0] + dx, x[1] + dy, x[2] + dz)
-        below = clearance_at(view, x[0] - dx, x[1] - dy, x[2] - dz)
-        slope[axis] = (above - below) / (2 * h)
-
-
-@_jit
-def room_outward(view: Any, x: Any, missing: float, step: Any) -> None:
+@njit_cached_quick
+def room_outward(field: Any, x: Any, missing: float, step: Any) -> None:
     """Writes a step (3,) uphill from (3,), as long as the clearance that is missing, by d_max."""
-    uphill(view, x, step)
-    steepness = max(math.sqrt((step**2).sum()), 1e-3 / view.reach)
+    uphill(field, x, step)
+    steepness = max(math.sqrt((step**2).sum()), 1e-3 / field.reach)
     for axis in range(3):
-        step[axis] *= missing * view.reach / steepness
+        step[axis] *= missing * field.reach / steepness
 
 
-@_jit
-def _clearances(view: Any, x: Any) -> Any:
+@njit_cached_quick
+def _clearances(field: Any, x: Any) -> Any:
     found = np.empty(len(x))
     for n in range(len(x)):
-        found[n] = clearance_at(view, x[n, 0], x[n, 1], x[n, 2])
+        found[n] = clearance_at(field, x[n, 0], x[n, 1], x[n, 2])
     return found
 
 
-@_jit
-def straight_times(view: Any, a: Any, b: Any) -> Any:
-    """See `Surroundings.straight_times`, for ends (n, 3)."""
+@njit_cached_quick
+def straight_times(field: Any, a: Any, b: Any) -> Any:
+    """See `ClearanceMap.straight_times`, for ends (n, 3)."""
     times = np.empty(len(a))
     for n in range(len(a)):
         length = math.sqrt(((b[n] - a[n]) ** 2).sum())
-        samples = 2 + int(_SAMPLES_PER_REACH * length / view.reach)
+        samples = 2 + int(_SAMPLES_PER_REACH * length / field.reach)
         slowness = 0.0
         free = True
         for s in range(samples):
             t = (s + 0.5) / samples
             x, y, z = a[n] + t * (b[n] - a[n])
-            clearance = clearance_at(view, x, y, z)
+            clearance = clearance_at(field, x, y, z)
             if clearance <= 0:
                 free = False
                 break
-            slowness += 1 / speed_at(view, clearance)
+            slowness += 1 / speed_at(field.speed, clearance)
         times[n] = length * slowness / samples if free else math.inf
     return times

@@ -6,35 +6,36 @@ encoder samples its features, and the slow modes of diffusion, see `laplacian_ei
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-import numba
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from envs import Environment
-from envs.compiled import QUICK
+from envs.compiled import njit_cached_quick
 from envs.problem import Array
-from planners.fields.clearance_field import View, clearance_at, surroundings_of, uphill
-from planners.fields.laplacian_eigenmaps import Held, Modes, modes_at
+from planners.fields.clearance_field import ClearanceField, clearance_at, clearance_map_of, uphill
+from planners.fields.computed_inputs import (
+    PER_CLEARANCE,
+    ComputedInputs,
+    write_clearance_features,
+    write_feature_slopes,
+)
+from planners.fields.laplacian_eigenmaps import ModeArrays, Modes, modes_at
 from planners.fields.layers import contract
 
 _OFFSETS = 0.6 * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
 """Of the points at which clearances are taken, by d_max."""
 
-_PER_POINT = 3
-"""Features of the clearance at a point."""
-
-CLEARANCES = _PER_POINT * len(_OFFSETS)
+CLEARANCES = PER_CLEARANCE * len(_OFFSETS)
 """How many inputs are not modes."""
 
 _DIFFERENCE = 0.02
 """Half the step of central differences of modes, by d_max."""
 
 
-class RoomInputs(nn.Module):
+class RoomInputs(ComputedInputs):
     """Inputs of a network: `CLEARANCES` of them, then the modes.
 
     Args:
@@ -47,110 +48,88 @@ class RoomInputs(nn.Module):
 
     def __init__(self, env: Environment, count: int) -> None:
         super().__init__()
-        self.surroundings = surroundings_of(env)
-        self.modes = Modes(self.surroundings, count)
+        self.clearances = clearance_map_of(env)
+        self.modes = Modes(self.clearances, count)
         self.size = CLEARANCES + count
 
     @property
-    def view(self) -> View:
-        """What compiled code is given of the surroundings."""
-        return self.surroundings.view
+    def field(self) -> ClearanceField:
+        return self.clearances.field
 
     @property
-    def held(self) -> Held:
-        """What it is given of the modes."""
-        return self.modes.view
-
-    def forward(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
-        """Inputs (n, size) at configurations (n, 3), and their derivatives (k, n, size) along
-        `directions` (k, 3). PyTorch records no gradients of them: nothing in them is learned."""
-        x = q.detach().cpu().numpy().astype(np.float64)
-        rows = torch.from_numpy(self.at(x, slopes=len(directions) > 0)).to(q)
-        along = torch.einsum("kd,ndf->knf", directions, rows[:, 1:])
-        return rows[:, 0], along
+    def mode_arrays(self) -> ModeArrays:
+        return self.modes.arrays
 
     def at(self, x: Array, slopes: bool = True) -> Array:
-        """Inputs at (n, 3) and their derivatives along the axes, (n, 1 + 3, size); the latter are
-        0 unless asked for."""
         rows = np.zeros((len(x), 4, self.size))
-        _all_inputs(self.modes.view, self.surroundings.view, x, slopes, rows)
+        _all_inputs(self.modes.arrays, self.clearances.field, x, slopes, rows)
         return rows
 
 
-def effective_resistance(apart: Tensor) -> Tensor:
+def effective_resistance(difference: Tensor) -> Tensor:
     """Between pairs of places (...), from the differences (..., m) of their modes."""
-    return (apart / 2).square().sum(-1)
+    return (difference / 2).square().sum(-1)
 
 
 def resistance_stretch(
-    apart: Tensor, by_start: Tensor, by_goal: Tensor, offset: Tensor
+    difference: Tensor, by_start: Tensor, by_goal: Tensor, offset: Tensor
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """log((|offset| + |apart / 2|^2) / |offset|) (...) and its gradients (..., d) at both ends.
+    """log((|offset| + |difference / 2|^2) / |offset|) (...), its gradients (..., d) at both ends.
 
     Args:
-        apart: (..., m), start's modes minus goal's.
+        difference: (..., m), start's modes minus goal's.
         by_start, by_goal: (d, ..., m), the modes' derivatives at each.
         offset: (..., d), start minus goal.
     """
     offset = offset + 1e-6  # never zero
     distance = offset.norm(dim=-1, keepdim=True)
     toward = offset / distance
-    whole = distance + effective_resistance(apart)[..., None]
+    whole = distance + effective_resistance(difference)[..., None]
     near = toward / distance
     return (
         torch.log(whole / distance).squeeze(-1),
-        (toward + contract(apart, by_start) / 2) / whole - near,
-        near - (toward + contract(apart, by_goal) / 2) / whole,
+        (toward + contract(difference, by_start) / 2) / whole - near,
+        near - (toward + contract(difference, by_goal) / 2) / whole,
     )
 
 
-_jit = numba.njit(cache=True, fastmath=QUICK)
-
-
-@_jit
-def room_inputs(held: Any, about: Any, x: Any, slopes: bool, rows: Any) -> None:
+@njit_cached_quick
+def room_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> None:
     """Writes the inputs at (3,), and their derivatives along each axis if asked for, (4, size)."""
     slope = np.zeros(3)
     point = np.empty(3)
     for p in range(len(_OFFSETS)):
         for axis in range(3):
-            point[axis] = x[axis] + _OFFSETS[p, axis] * about.reach
-        clearance = clearance_at(about, point[0], point[1], point[2])
+            point[axis] = x[axis] + _OFFSETS[p, axis] * field.reach
+        clearance = clearance_at(field, point[0], point[1], point[2])
         clearance = min(max(clearance, -0.3), 1.5)
         if slopes:
-            uphill(about, point, slope)
-        root = math.sqrt(clearance * clearance + 0.01)
-        bounded = math.tanh(2 * clearance)
-        at = _PER_POINT * p
-        rows[0, at] = -math.log(0.5 * (clearance + root)) / 2  # slowness, but smooth
-        rows[0, at + 1] = bounded
-        rows[0, at + 2] = max(1 - clearance, 0.0)
-        for axis in range(3):
-            rows[1 + axis, at] = -0.5 / root * slope[axis]
-            rows[1 + axis, at + 1] = 2 * (1 - bounded * bounded) * slope[axis]
-            rows[1 + axis, at + 2] = -slope[axis] if clearance < 1 else 0.0
-    _mode_inputs(held, about, x, slopes, rows[:, CLEARANCES:])
+            uphill(field, point, slope)
+        at = PER_CLEARANCE * p
+        root, bounded = write_clearance_features(clearance, rows, at)
+        write_feature_slopes(clearance, root, bounded, slope, 1.0, rows, at)
+    _mode_inputs(modes, field, x, slopes, rows[:, CLEARANCES:])
 
 
-@_jit
-def _mode_inputs(held: Any, about: Any, x: Any, slopes: bool, rows: Any) -> None:
-    modes_at(held, about, x, rows[0])
+@njit_cached_quick
+def _mode_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> None:
+    modes_at(modes, field, x, rows[0])
     if not slopes:
         return
-    h = _DIFFERENCE * about.reach
+    h = _DIFFERENCE * field.reach
     point = x.copy()
     below = np.empty(rows.shape[1])
     for axis in range(3):
         point[axis] = x[axis] - h
-        modes_at(held, about, point, below)
+        modes_at(modes, field, point, below)
         point[axis] = x[axis] + h
-        modes_at(held, about, point, rows[1 + axis])
+        modes_at(modes, field, point, rows[1 + axis])
         point[axis] = x[axis]
         for m in range(len(below)):
             rows[1 + axis, m] = (rows[1 + axis, m] - below[m]) / (2 * h)
 
 
-@_jit
-def _all_inputs(held: Any, about: Any, x: Any, slopes: bool, rows: Any) -> None:
+@njit_cached_quick
+def _all_inputs(modes: Any, field: Any, x: Any, slopes: bool, rows: Any) -> None:
     for n in range(len(x)):
-        room_inputs(held, about, x[n], slopes, rows[n])
+        room_inputs(modes, field, x[n], slopes, rows[n])

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -24,10 +23,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import eigsh
 from torch import Tensor, nn
 
-from envs.compiled import QUICK
+from envs.compiled import njit_cached_quick
+from envs.grid import node_axes, node_counts, node_positions
 from envs.problem import Array
 from envs.seeding import stream
-from planners.fields.clearance_field import Surroundings, View, clearance_at
+from planners.fields.clearance_field import ClearanceField, ClearanceMap, clearance_at
 
 _SPACING = 0.35
 """Between the nodes of the graph, by d_max, unless there would be too many."""
@@ -47,14 +47,14 @@ class Modes(nn.Module):
     their distance.
 
     Args:
-        surroundings: of the environment.
+        clearances: of the environment.
         count: of modes.
     """
 
-    def __init__(self, surroundings: Surroundings, count: int) -> None:
+    def __init__(self, clearances: ClearanceMap, count: int) -> None:
         super().__init__()
         self.count = count
-        self._surroundings = surroundings
+        self._clearances = clearances
         self.shape: Tensor
         self.free: Tensor
         self.table: Tensor
@@ -63,26 +63,26 @@ class Modes(nn.Module):
         self.register_buffer("free", torch.zeros(4, dtype=torch.uint8))
         self.register_buffer("table", torch.zeros((0, count), dtype=torch.int16))
         self.register_buffer("unit", torch.ones(count))
-        self._held: Held | None = None
+        self._arrays: ModeArrays | None = None
 
     def solve(self, seed: int) -> None:
         """Computes the modes of the largest component of free space."""
-        graph = _FreeGraph(self._surroundings)
+        graph = _FreeGraph(self._clearances)
         values, eigenvalues = graph.modes(self.count, seed)
         values /= np.sqrt(eigenvalues)
         self._keep(graph.free, values)
         self._keep(graph.free, 2 * values * np.sqrt(self._lengths_by_resistance(seed)))
 
     @property
-    def view(self) -> Held:
+    def arrays(self) -> ModeArrays:
         """What compiled code is given."""
-        if self._held is None:
+        if self._arrays is None:
             shape = tuple(int(n) for n in self.shape)
             bits = np.unpackbits(self.free.cpu().numpy())[: int(np.prod(shape))]
             free = bits.reshape(shape).astype(np.bool_)
             table = self.table.cpu().numpy() * self.unit.cpu().numpy()
-            self._held = Held.of(free, table.astype(np.float32), self._surroundings)
-        return self._held
+            self._arrays = ModeArrays.of(free, table.astype(np.float32), self._clearances)
+        return self._arrays
 
     def _keep(self, free: NDArray[np.bool_], values: Array) -> None:
         """Takes values (nodes, m) at free nodes, in sixteen bits each."""
@@ -91,15 +91,15 @@ class Modes(nn.Module):
         self.free = torch.from_numpy(np.packbits(free))
         self.table = torch.from_numpy(np.rint(values / unit).astype(np.int16))
         self.unit = torch.from_numpy(unit.astype(np.float32))
-        self._held = None
+        self._arrays = None
 
     def _lengths_by_resistance(self, seed: int) -> float:
-        about, view = self._surroundings, self._surroundings.view
+        clearances, field = self._clearances, self._clearances.field
         rng = stream("pairs for modes", seed)
-        x = rng.uniform(about.lower, about.upper, (20_000, 3))
-        x = x[about.clearance(x) > _LEAST_CLEARANCE]
+        x = rng.uniform(clearances.lower, clearances.upper, (20_000, 3))
+        x = x[clearances.clearance(x) > _LEAST_CLEARANCE]
         a, b = x[: len(x) // 2], x[len(x) // 2 : 2 * (len(x) // 2)]
-        resistance = ((modes_of(self.view, view, a) - modes_of(self.view, view, b)) ** 2).sum(
+        resistance = ((modes_of(self.arrays, field, a) - modes_of(self.arrays, field, b)) ** 2).sum(
             axis=1
         )
         return float(np.median(np.linalg.norm(a - b, axis=1)) / np.median(resistance))
@@ -110,7 +110,7 @@ class Modes(nn.Module):
                 setattr(self, name, torch.empty_like(state[prefix + name]))
         if self.table.ndim != 2 or self.table.shape[1] != self.count:
             raise ValueError(f"there should be {self.count} modes")
-        self._held = None
+        self._arrays = None
         super()._load_from_state_dict(state, prefix, *rest)
 
 
@@ -121,17 +121,17 @@ class _FreeGraph:
         free: (nx, ny, nz) which nodes these are.
     """
 
-    def __init__(self, about: Surroundings) -> None:
-        spacing = _SPACING * about.view.reach
+    def __init__(self, clearances: ClearanceMap) -> None:
+        spacing = _SPACING * clearances.field.reach
         while True:
-            shape = np.ceil((about.upper - about.lower) / spacing).astype(int) + 1
+            shape = node_counts(clearances.lower, clearances.upper, spacing)
             shape = np.maximum(shape, 3)  # for quadratic splines
-            nodes = _nodes_of(about, shape)
-            clear = about.clearance(nodes.reshape(-1, 3)) > _LEAST_CLEARANCE
+            nodes = node_positions(node_axes(clearances.lower, clearances.upper, shape))
+            clear = clearances.clearance(nodes.reshape(-1, 3)) > _LEAST_CLEARANCE
             if clear.sum() <= _MOST_NODES:
                 break
             spacing *= 1.1
-        self._about = about
+        self._clearances = clearances
         laplacian, members = self._connected(nodes, clear.reshape(nodes.shape[:3]))
         self._laplacian = laplacian
         self.free = np.zeros(clear.shape, dtype=np.bool_)
@@ -165,8 +165,8 @@ class _FreeGraph:
             a, b = nodes[this][both], nodes[next][both]
             length = np.linalg.norm(b - a, axis=1)
             ends.append(np.stack([number[this][both], number[next][both]]))
-            speed = length / self._about.straight_times(a, b)
-            conductances.append(speed * (self._about.view.reach / length) ** 2)
+            speed = length / self._clearances.straight_times(a, b)
+            conductances.append(speed * (self._clearances.field.reach / length) ** 2)
         pair, weight = np.concatenate(ends, axis=1), np.concatenate(conductances)
         n = int(clear.sum())
         half = sparse.coo_matrix((weight[weight > 0], pair[:, weight > 0]), (n, n))
@@ -178,13 +178,7 @@ class _FreeGraph:
         return laplacian.tocsc(), members
 
 
-def _nodes_of(about: Surroundings, shape: Any) -> Array:
-    """Positions (nx, ny, nz, 3) of the nodes of the regular grid of a shape (3,)."""
-    axes = [np.linspace(a, b, n) for a, b, n in zip(about.lower, about.upper, shape, strict=True)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-
-
-class Held(NamedTuple):
+class ModeArrays(NamedTuple):
     """Modes on a grid as compiled code sees them.
 
     Attributes:
@@ -201,44 +195,42 @@ class Held(NamedTuple):
     spacing: Array
 
     @staticmethod
-    def of(free: NDArray[np.bool_], values: NDArray[np.float32], about: Surroundings) -> Held:
+    def of(
+        free: NDArray[np.bool_], values: NDArray[np.float32], clearances: ClearanceMap
+    ) -> ModeArrays:
         """Modes (nodes, m) of the free nodes, in their order."""
         row = np.cumsum(free).reshape(free.shape) - 1
         nearest = ndimage.distance_transform_edt(~free, return_distances=False, return_indices=True)
-        spacing = (about.upper - about.lower) / (np.array(free.shape) - 1)
+        spacing = (clearances.upper - clearances.lower) / (np.array(free.shape) - 1)
         rows = row[tuple(nearest)].astype(np.int32)
-        return Held(rows, free, values, about.lower, spacing)
+        return ModeArrays(rows, free, values, clearances.lower, spacing)
 
+    @staticmethod
+    def none() -> ModeArrays:
+        """No modes."""
+        row, free = np.zeros((3, 3, 3), dtype=np.int32), np.zeros((3, 3, 3), dtype=np.bool_)
+        values = np.zeros((1, 0), dtype=np.float32)
+        return ModeArrays(row, free, values, np.zeros(3), np.ones(3))
 
-NO_MODES = Held(
-    np.zeros((3, 3, 3), dtype=np.int32),
-    np.zeros((3, 3, 3), dtype=np.bool_),
-    np.zeros((1, 0), dtype=np.float32),
-    np.zeros(3),
-    np.ones(3),
-)
-"""Where there are none."""
-
-_jit = numba.njit(cache=True, fastmath=QUICK)
 
 _HARDLY = 1e-6
 """The weight of a node that is not free; one that cannot be seen has ten times that."""
 
 
-@_jit
-def modes_at(held: Any, about: Any, x: Any, found: Any) -> None:
+@njit_cached_quick
+def modes_at(modes: Any, field: Any, x: Any, values: Any) -> None:
     """Writes the modes (m,) at (3,): quadratic splines, weighted by how well nodes are seen."""
     base = np.empty(3, dtype=np.int64)
     spline = np.empty((3, 3))
     for axis in range(3):
-        last = held.row.shape[axis] - 1
-        u = min(max((x[axis] - held.lower[axis]) / held.spacing[axis], 0.0), float(last))
+        last = modes.row.shape[axis] - 1
+        u = min(max((x[axis] - modes.lower[axis]) / modes.spacing[axis], 0.0), float(last))
         base[axis] = min(max(round(u), 1), last - 1)
         t = min(max(u - base[axis], -0.5), 0.5)
         spline[axis, 0] = 0.5 * (0.5 - t) ** 2
         spline[axis, 1] = 0.75 - t * t
         spline[axis, 2] = 0.5 * (0.5 + t) ** 2
-    found[:] = 0
+    values[:] = 0
     total = 0.0
     for a in range(3):
         for b in range(3):
@@ -247,40 +239,40 @@ def modes_at(held: Any, about: Any, x: Any, found: Any) -> None:
                 weight = spline[0, a] * spline[1, b] * spline[2, c]
                 if weight < 1e-9:
                     continue
-                if held.free[i, j, k]:
-                    weight *= _seen(held, about, x, i, j, k) + 10 * _HARDLY
+                if modes.free[i, j, k]:
+                    weight *= _seen(modes, field, x, i, j, k) + 10 * _HARDLY
                 else:
                     weight *= _HARDLY
                 total += weight
-                row = held.row[i, j, k]
-                for m in range(len(found)):
-                    found[m] += weight * held.values[row, m]
-    for m in range(len(found)):
-        found[m] /= total
+                row = modes.row[i, j, k]
+                for m in range(len(values)):
+                    values[m] += weight * modes.values[row, m]
+    for m in range(len(values)):
+        values[m] /= total
 
 
-@_jit
-def _seen(held: Any, about: Any, x: Any, i: int, j: int, k: int) -> float:
+@njit_cached_quick
+def _seen(modes: Any, field: Any, x: Any, i: int, j: int, k: int) -> float:
     """From 0, where a wall is between (3,) and a node, to 1."""
-    dx = held.lower[0] + i * held.spacing[0] - x[0]
-    dy = held.lower[1] + j * held.spacing[1] - x[1]
-    dz = held.lower[2] + k * held.spacing[2] - x[2]
+    dx = modes.lower[0] + i * modes.spacing[0] - x[0]
+    dy = modes.lower[1] + j * modes.spacing[1] - x[1]
+    dz = modes.lower[2] + k * modes.spacing[2] - x[2]
     least = 1.0
     for s in range(1, 5):
         t = 0.2 * s
-        least = min(least, clearance_at(about, x[0] + t * dx, x[1] + t * dy, x[2] + t * dz))
+        least = min(least, clearance_at(field, x[0] + t * dx, x[1] + t * dy, x[2] + t * dz))
     t = min(max((least + 0.03) / 0.06, 0.0), 1.0)
     return t * t * (3 - 2 * t)
 
 
-def modes_of(held: Held, about: View, x: Array) -> Array:
+def modes_of(modes: ModeArrays, field: ClearanceField, x: Array) -> Array:
     """Modes (n, m) at (n, 3), see `modes_at`."""
-    found = np.empty((len(x), held.values.shape[1]))
-    _all_modes(held, about, np.ascontiguousarray(x, dtype=np.float64), found)
-    return found
+    values = np.empty((len(x), modes.values.shape[1]))
+    _all_modes(modes, field, np.ascontiguousarray(x, dtype=np.float64), values)
+    return values
 
 
-@_jit
-def _all_modes(held: Any, about: Any, x: Any, found: Any) -> None:
+@njit_cached_quick
+def _all_modes(modes: Any, field: Any, x: Any, values: Any) -> None:
     for n in range(len(x)):
-        modes_at(held, about, x[n], found[n])
+        modes_at(modes, field, x[n], values[n])

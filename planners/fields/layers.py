@@ -33,7 +33,7 @@ class FieldShape:
         operator: how two configurations' features are combined, see `OPERATORS`.
         bounded: whether the stretch is bounded.
         workspace: whether there is a w-space encoder.
-        computed: how many inputs are computed from the environment, see `networks.ComputedInputs`.
+        computed: how many inputs are computed from the environment, see `ComputedInputs`.
         modes: how many of them, the last ones, are modes of free space; 0 but in rooms.
     """
 

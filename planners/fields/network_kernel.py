@@ -10,15 +10,14 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.compiled import QUICK
-from planners.fields.clearance_field import View
+from envs.compiled import njit_cached_quick
+from planners.fields.clearance_field import ClearanceField
 from planners.fields.dispatch import inputs_at
-from planners.fields.laplacian_eigenmaps import Held
-from planners.fields.robot_features import ArmAbout
+from planners.fields.laplacian_eigenmaps import ModeArrays
+from planners.fields.robot_features import ArmClearanceField
 
 Single = NDArray[np.float32]
 
@@ -43,14 +42,11 @@ class Network(NamedTuple):
     below: float
     opening: float
     smoothing: float
-    held: Held
-    about: View | ArmAbout
+    modes: ModeArrays
+    field: ClearanceField | ArmClearanceField
 
 
-_jit = numba.njit(cache=True, fastmath=QUICK)
-
-
-@_jit
+@njit_cached_quick
 def _sine(rows: Any, bias: Any, per_end: int) -> None:
     """In place: sine of each end's row of values, and the chain rule on its Jacobian's rows."""
     for end in range(2):
@@ -63,7 +59,7 @@ def _sine(rows: Any, bias: Any, per_end: int) -> None:
                 rows[at + k, j] *= slope
 
 
-@_jit
+@njit_cached_quick
 def _inputs(ends: Any, net: Any, rows: Any) -> None:
     """Inputs of both ends and their Jacobians, see `CSpaceEncoder`."""
     d = ends.shape[1]
@@ -90,11 +86,11 @@ def _inputs(ends: Any, net: Any, rows: Any) -> None:
                 rows[at + 1 + k, d + frequencies + f] = -sine * turn
         if rows.shape[1] > direct:
             more = np.empty((1 + d, rows.shape[1] - direct))
-            inputs_at(net.held, net.about, ends[end].astype(np.float64), more)
+            inputs_at(net.modes, net.field, ends[end].astype(np.float64), more)
             rows[at : at + 1 + d, direct:] = more
 
 
-@_jit
+@njit_cached_quick
 def _squareplus(z: Any, slope: Any) -> None:
     """In place, with the slope."""
     for j in range(len(z)):
@@ -103,7 +99,7 @@ def _squareplus(z: Any, slope: Any) -> None:
         z[j] = (z[j] + root) / 2
 
 
-@_jit
+@njit_cached_quick
 def pair(ends: Any, gradients: Any, net: Any) -> float:
     """Stretch; its gradients at both ends are written to `gradients` (2, d)."""
     d = ends.shape[1]
@@ -156,12 +152,12 @@ def pair(ends: Any, gradients: Any, net: Any) -> float:
             at_goal += by_psi * features[goal_row, psi] - by_phi * features[goal_row, j]
         gradients[0, k] = at_start
         gradients[1, k] = at_goal
-    modes = inputs[:, inputs.shape[1] - net.held.values.shape[1] :]
+    modes = inputs[:, inputs.shape[1] - net.modes.values.shape[1] :]
     stretch: float = net.scale * gate - net.below + _resistance(ends, modes, gradients)
     return stretch
 
 
-@_jit
+@njit_cached_quick
 def _resistance(ends: Any, modes: Any, gradients: Any) -> float:
     """What modes (2 + 2d, m) add to the stretch, see `networks.TimeField`; and to its gradients."""
     d, count = ends.shape[1], modes.shape[1]

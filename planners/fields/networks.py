@@ -24,7 +24,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from planners.fields.indoor_features import RoomInputs, effective_resistance, resistance_stretch
+from planners.fields.computed_inputs import ComputedInputs
+from planners.fields.indoor_features import effective_resistance, resistance_stretch
 from planners.fields.layers import (
     OPERATORS,
     Activation,
@@ -35,10 +36,6 @@ from planners.fields.layers import (
     contract,
     squareplus,
 )
-from planners.fields.robot_features import ArmInputs
-
-ComputedInputs = RoomInputs | ArmInputs
-"""What a network is told about a configuration besides the configuration itself."""
 
 
 class TimeField(nn.Module):
@@ -163,8 +160,8 @@ class TimeField(nn.Module):
         )
         if self.shape.modes == 0:
             return found
-        apart = at_start[..., f:] - at_goal[..., f:]
-        lifted = resistance_stretch(apart, by_start[..., f:], by_goal[..., f:], offset)
+        difference = at_start[..., f:] - at_goal[..., f:]
+        lifted = resistance_stretch(difference, by_start[..., f:], by_goal[..., f:], offset)
         base, at_one, at_other = (a + b for a, b in zip(found, lifted, strict=True))
         return base, at_one, at_other
 

@@ -13,7 +13,7 @@ from torch.nn import functional
 
 from envs import Environment
 from envs.problem import Array
-from planners.fields.clearance_field import surroundings_of
+from planners.fields.clearance_field import clearance_map_of
 from planners.fields.labels import LabelPlan, make_labels
 from planners.fields.networks import TimeField
 from planners.fields.physics import (
@@ -129,11 +129,11 @@ class Regression:
         return seconds
 
     def draw(self, rng: np.random.Generator) -> Batch:
-        held = self._labels
-        source = rng.integers(len(held.sources), size=self.sources)
-        goal = rng.integers(held.goals.shape[1], size=(self.sources, self.goals))
+        labels = self._labels
+        source = rng.integers(len(labels.sources), size=self.sources)
+        goal = rng.integers(labels.goals.shape[1], size=(self.sources, self.goals))
         pick = source[:, None], goal
-        return as_float32(held.sources[source], held.goals[pick], held.stretch[pick])
+        return as_float32(labels.sources[source], labels.goals[pick], labels.stretch[pick])
 
     def loss(self, net: TimeField, batch: Batch, share: float) -> Tensor:
         sources, goals, wanted = batch
@@ -197,7 +197,7 @@ class LargestSubsolutionInRooms(LargestSubsolution):
         self, env: Environment, seed: int, kept: Path, report: Callable[[float], None]
     ) -> float:
         self._space = Space.of(env)
-        self._about = surroundings_of(env)
+        self._clearances = clearance_map_of(env)
         return 0.0
 
     def draw(self, rng: np.random.Generator) -> Batch:
@@ -214,7 +214,7 @@ class LargestSubsolutionInRooms(LargestSubsolution):
             np.concatenate([a, np.concatenate([b, c], axis=1)])
             for a, b, c in zip(one, starts, goals, strict=True)
         )
-        times = self._about.straight_times(points[:, :, None], points[:, None])
+        times = self._clearances.straight_times(points[:, :, None], points[:, None])
         return as_float32(points, np.log(self._space.speed(clearance)), times)
 
     def loss(self, net: TimeField, batch: Batch, share: float) -> Tensor:

@@ -122,7 +122,7 @@ class PublishedPhysics:
         starts, goals, clearance = sample_pairs(env, stream("field pairs", seed), self.pairs)
         scale = Normalizer.of(env)
         speeds = env.speed_model(clearance), env.speed(goals)
-        self._held = as_float32(scale.normalize(starts), scale.normalize(goals), *speeds)
+        self._samples = as_float32(scale.normalize(starts), scale.normalize(goals), *speeds)
         distance = np.linalg.norm(goals - starts, axis=1)
         weight = 1 / np.maximum(distance, _NEAREST * scale.extent)
         self._cumulative = np.cumsum(weight / weight.sum())
@@ -131,7 +131,7 @@ class PublishedPhysics:
     def draw(self, rng: np.random.Generator) -> Batch:
         picked = np.searchsorted(self._cumulative, rng.random(self.batch))
         chosen = torch.from_numpy(picked.clip(max=self.pairs - 1))
-        return tuple(part[chosen] for part in self._held)
+        return tuple(part[chosen] for part in self._samples)
 
     def loss(self, net: PaperField, batch: Batch, share: float) -> Tensor:
         starts, goals, at_start, at_goal = batch

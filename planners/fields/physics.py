@@ -19,12 +19,8 @@ from torch import Tensor
 
 from envs import Environment
 from envs.problem import Array
+from planners.fields.clearance_field import normalized_clearance
 from planners.learning.normalizer import Normalizer
-
-
-def travel_time(distance: Tensor, tau: Tensor) -> Tensor:
-    """T = |qs - qg| / tau  (equation 1)."""
-    return distance / tau
 
 
 def predicted_speed(tau: Tensor, offset: Tensor, gradient: Tensor) -> Tensor:
@@ -163,7 +159,7 @@ class Space:
         return Space(
             lower,
             upper,
-            lambda x: env.approximate_clearance(scale.denormalize(x)) / d_max,
+            normalized_clearance(env),
             lambda clearance: env.speed_model(clearance * d_max),
             0.0 if env.is_interior else -math.inf,
         )

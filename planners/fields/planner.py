@@ -66,10 +66,11 @@ class FieldPlanner(LearnedPlanner):
 
     Args:
         method: one of `methods.METHODS`.
-        weights, device: see `LearnedPlanner`. Away from the CPU single problems are compiled in
-            rooms only.
-        attempts: how many of `ATTEMPTS` it may make, or of `ATTEMPTS_IN_ROOMS`; 1 is the paper's
-            single one.
+        weights: a file of weights; by default the shipped ones, else those in the user's cache.
+        attempts: how many attempts it may make at a problem (`ATTEMPTS`, `ATTEMPTS_IN_ROOMS`); 1 is
+            the paper's single one.
+        device: of PyTorch, "cpu", "cuda" or "cuda:INDEX". Away from the CPU single problems are
+            compiled in rooms only.
 
     Raises:
         InputError: an argument is out of range.

@@ -10,35 +10,36 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-import torch
-from torch import Tensor, nn
 
 from envs.collision.gjk import at
-from envs.collision.primitive_sdf import NOTHING, SceneArrays, nearest, normal_at
-from envs.compiled import QUICK
+from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest, normal_at
+from envs.compiled import njit_cached_quick
 from envs.problem import Array
 from envs.robots.arm import RobotArrays
 from envs.robots.arm_clearance import part_clearances
 from envs.robots.chain import body_poses
 from envs.scenes.arm_world import ArmWorld
-from planners.fields.laplacian_eigenmaps import NO_MODES
+from envs.speed_model import NormalizedSpeed
+from planners.fields.computed_inputs import (
+    PER_CLEARANCE,
+    ComputedInputs,
+    write_clearance_features,
+    write_feature_slopes,
+)
+from planners.fields.laplacian_eigenmaps import ModeArrays
 from planners.learning.normalizer import Normalizer
 
-_PER_BODY = 3
-"""Features of the clearance of a body."""
 
-
-class ArmAbout(NamedTuple):
+class ArmClearanceField(NamedTuple):
     """An arm and what is about it, as compiled code sees them.
 
     Configurations x are in the networks' space: joints are middle + extent x. Clearances are by
-    d_max, see `envs.environment.SpeedModel`.
+    d_max, see `envs.speed_model.SpeedModel`.
 
     Attributes:
         reach: d_max, in metres.
-        least_speed, contact_speed: that at d_min, and at contact.
+        speed: by clearance.
     """
 
     arm: RobotArrays
@@ -46,70 +47,51 @@ class ArmAbout(NamedTuple):
     middle: Array
     extent: float
     reach: float
-    least_speed: float
-    contact_speed: float
+    speed: NormalizedSpeed
 
     @staticmethod
-    def of(env: ArmWorld) -> ArmAbout:
+    def of(env: ArmWorld) -> ArmClearanceField:
         """That of an environment."""
         scale, model = Normalizer.of(env), env.speed_model
-        least = model.d_min / model.d_max
-        return ArmAbout(
-            env.robot.view,
-            env.scene,
-            scale.middle,
-            scale.extent,
-            model.d_max,
-            least,
-            model.contact or least,
+        arm, scene = env.robot.arrays, env.scene
+        return ArmClearanceField(
+            arm, scene, scale.middle, scale.extent, model.d_max, model.normalized
         )
 
 
-class ArmInputs(nn.Module):
-    """Inputs of a network: 2 d of the joints, then 3 and 3 for each body.
-
-    Attributes:
-        view: what compiled code is given.
-        size: how many inputs there are.
-        held: modes, of which there are none.
-    """
-
-    held = NO_MODES
+class ArmInputs(ComputedInputs):
+    """Inputs of a network: 2 d of the joints, then 3 and 3 for each body."""
 
     def __init__(self, env: ArmWorld) -> None:
         super().__init__()
-        self.view = ArmAbout.of(env)
+        self._field = ArmClearanceField.of(env)
         self.size = size_of_inputs(env.dimension)
 
-    def forward(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
-        """Inputs (n, size) at configurations (n, d), and their derivatives (k, n, size) along
-        `directions` (k, d). PyTorch records no gradients of them: nothing in them is learned."""
-        x = q.detach().cpu().numpy().astype(np.float64)
-        rows = torch.from_numpy(self.at(x)).to(q)
-        along = torch.einsum("kd,ndf->knf", directions, rows[:, 1:])
-        return rows[:, 0], along
+    @property
+    def field(self) -> ArmClearanceField:
+        return self._field
 
-    def at(self, x: Array) -> Array:
-        """Inputs at (n, d) and their derivatives along the axes, (n, 1 + d, size)."""
+    @property
+    def mode_arrays(self) -> ModeArrays:
+        return ModeArrays.none()
+
+    def at(self, x: Array, slopes: bool = True) -> Array:
         rows = np.zeros((len(x), 1 + x.shape[1], self.size))
-        _all_inputs(self.view, x, rows)
+        _all_inputs(self.field, x, rows)
         return rows
 
 
 def size_of_inputs(dimension: int) -> int:
     """How many inputs there are of an arm of d joints."""
-    return (2 + 3 + _PER_BODY) * dimension
+    return (2 + 3 + PER_CLEARANCE) * dimension
 
 
-_jit = numba.njit(cache=True, nogil=True, fastmath=QUICK)
-
-
-@_jit
-def arm_inputs(about: Any, x: Any, rows: Any) -> None:
+@njit_cached_quick
+def arm_inputs(field: Any, x: Any, rows: Any) -> None:
     """Writes the inputs at (d,), and their derivatives along each axis, (1 + d, size)."""
     d = len(x)
-    arm, extent = about.arm, about.extent
-    q = about.middle + extent * x
+    arm, extent = field.arm, field.extent
+    q = field.middle + extent * x
     bodies = np.empty((1 + d, 3, 4))
     body_poses(arm.chain, q, bodies)
     axes, origins = np.empty((d, 3)), np.empty((d, 3))
@@ -120,7 +102,7 @@ def arm_inputs(about: Any, x: Any, rows: Any) -> None:
         rows[1 + i, i], rows[1 + i, d + i] = extent * rows[0, d + i], -extent * rows[0, i]
     slope, point, normal = np.zeros(d), np.empty(3), np.zeros(3)
     for body in range(1, 1 + d):
-        at_point, at_clearance = 2 * d + 3 * (body - 1), 5 * d + _PER_BODY * (body - 1)
+        at_point, at_clearance = 2 * d + 3 * (body - 1), 5 * d + PER_CLEARANCE * (body - 1)
         point[0], point[1], point[2] = at(bodies[body], _tip(arm, body))
         for i in range(3):
             rows[0, at_point + i] = point[i]
@@ -129,35 +111,21 @@ def arm_inputs(about: Any, x: Any, rows: Any) -> None:
             _moved_along(arm, axes, origins, body, point, normal, slope)
             for k in range(d):
                 rows[1 + k, at_point + i] = extent * slope[k]
-        clearance, which = _nearest_ball(about, bodies, body, point)
-        if which == NOTHING:
+        clearance, which = _nearest_ball(field, bodies, body, point)
+        if which == NO_OBSTACLE:
             slope[:] = 0.0
         else:
-            normal_at(about.scene, which, point[0], point[1], point[2], normal)
+            normal_at(field.scene, which, point[0], point[1], point[2], normal)
             _moved_along(arm, axes, origins, body, point, normal, slope)
-        scale = extent / about.reach
-        _clearance_features(clearance / about.reach, scale, slope, rows, at_clearance)
+        clearance /= field.reach
+        counts = min(max(clearance, -0.5), 1.5)
+        root, bounded = write_clearance_features(counts, rows, at_clearance)
+        if counts == clearance:
+            scale = extent / field.reach
+            write_feature_slopes(clearance, root, bounded, slope, scale, rows, at_clearance)
 
 
-@_jit
-def _clearance_features(clearance: float, scale: float, slope: Any, rows: Any, first: int) -> None:
-    """The same three of a clearance as in rooms: slowness, but smooth; bounded; nearness."""
-    bounded_clearance = min(max(clearance, -0.5), 1.5)
-    root = math.sqrt(bounded_clearance**2 + 0.01)
-    bounded = math.tanh(2 * bounded_clearance)
-    rows[0, first] = -math.log(0.5 * (bounded_clearance + root)) / 2
-    rows[0, first + 1] = bounded
-    rows[0, first + 2] = max(1 - bounded_clearance, 0.0)
-    if bounded_clearance != clearance:
-        return
-    for k in range(len(slope)):
-        by = scale * slope[k]
-        rows[1 + k, first] = -0.5 / root * by
-        rows[1 + k, first + 1] = 2 * (1 - bounded * bounded) * by
-        rows[1 + k, first + 2] = -by if clearance < 1 else 0.0
-
-
-@_jit
+@njit_cached_quick
 def joint_axes(arm: Any, bodies: Any, axes: Any, origins: Any) -> None:
     """Writes the axes (d, 3) of the joints and a point (d, 3) of each, from the bodies' poses."""
     for i in range(len(axes)):
@@ -167,7 +135,7 @@ def joint_axes(arm: Any, bodies: Any, axes: Any, origins: Any) -> None:
             origins[i, k] = pose[k, 3]
 
 
-@_jit
+@njit_cached_quick
 def _moved_along(
     arm: Any, axes: Any, origins: Any, body: int, point: Any, normal: Any, slope: Any
 ) -> None:
@@ -186,7 +154,7 @@ def _moved_along(
         )
 
 
-@_jit
+@njit_cached_quick
 def _tip(arm: Any, body: int) -> Any:
     """Where, in a body's frame (3,), the next joint is, or the middle of the last part."""
     if body < len(arm.chain.origins):
@@ -194,12 +162,12 @@ def _tip(arm: Any, body: int) -> Any:
     return arm.middles[arm.moving - 1].copy()
 
 
-@_jit
-def _nearest_ball(about: Any, bodies: Any, body: int, center: Any) -> tuple[float, int]:
+@njit_cached_quick
+def _nearest_ball(field: Any, bodies: Any, body: int, center: Any) -> tuple[float, int]:
     """The distance of a body's spheres from obstacles, and the number of the obstacle. The centre
     (3,) of the nearest sphere is written."""
-    arm = about.arm
-    least, which = np.inf, NOTHING
+    arm = field.arm
+    least, which = np.inf, NO_OBSTACLE
     pose = bodies[body]
     for part in range(arm.moving):
         if arm.bodies[part] != body:
@@ -207,44 +175,44 @@ def _nearest_ball(about: Any, bodies: Any, body: int, center: Any) -> tuple[floa
         for ball in range(arm.first_balls[part], arm.first_balls[part + 1]):
             x, y, z = at(pose, arm.balls[ball])
             radius = arm.balls[ball, 3]
-            distance, obstacle = nearest(about.scene, x, y, z, least + radius)
-            if obstacle != NOTHING:
+            distance, obstacle = nearest(field.scene, x, y, z, least + radius)
+            if obstacle != NO_OBSTACLE:
                 least, which = distance - radius, obstacle
                 center[0], center[1], center[2] = x, y, z
     return least, which
 
 
-@_jit
-def arm_clearance_at(about: Any, x: Any) -> float:
+@njit_cached_quick
+def arm_clearance_at(field: Any, x: Any) -> float:
     """The clearance at (d,), by d_max."""
-    parts = np.empty(about.arm.moving)
-    q = about.middle + about.extent * x.astype(np.float64)
-    clearance: float = part_clearances(about.arm, about.scene, q, parts) / about.reach
+    parts = np.empty(field.arm.moving)
+    q = field.middle + field.extent * x.astype(np.float64)
+    clearance: float = part_clearances(field.arm, field.scene, q, parts) / field.reach
     return clearance
 
 
-@_jit
-def arm_outward(about: Any, x: Any, missing: float, step: Any) -> None:
+@njit_cached_quick
+def arm_outward(field: Any, x: Any, missing: float, step: Any) -> None:
     """Writes a step (d,) from (d,) along the gradient of the clearance from obstacles, by which
     that grows by about `missing`; no longer than `_LONGEST_PUSH`."""
     d = len(x)
     bodies = np.empty((1 + d, 3, 4))
-    body_poses(about.arm.chain, about.middle + about.extent * x.astype(np.float64), bodies)
+    body_poses(field.arm.chain, field.middle + field.extent * x.astype(np.float64), bodies)
     axes, origins = np.empty((d, 3)), np.empty((d, 3))
-    joint_axes(about.arm, bodies, axes, origins)
-    least, nearest_body, obstacle = np.inf, 0, NOTHING
+    joint_axes(field.arm, bodies, axes, origins)
+    least, nearest_body, obstacle = np.inf, 0, NO_OBSTACLE
     center, point, normal = np.zeros(3), np.zeros(3), np.zeros(3)
     for body in range(1, 1 + d):
-        distance, which = _nearest_ball(about, bodies, body, point)
+        distance, which = _nearest_ball(field, bodies, body, point)
         if distance < least:
             least, nearest_body, obstacle = distance, body, which
             center[:] = point
     step[:] = 0.0
-    if obstacle == NOTHING:
+    if obstacle == NO_OBSTACLE:
         return
-    normal_at(about.scene, obstacle, center[0], center[1], center[2], normal)
-    _moved_along(about.arm, axes, origins, nearest_body, center, normal, step)
-    per_length = math.sqrt((step**2).sum()) * about.extent / about.reach
+    normal_at(field.scene, obstacle, center[0], center[1], center[2], normal)
+    _moved_along(field.arm, axes, origins, nearest_body, center, normal, step)
+    per_length = math.sqrt((step**2).sum()) * field.extent / field.reach
     if per_length > 0:
         length = min(missing / per_length, _LONGEST_PUSH)
         step *= length / math.sqrt((step**2).sum())
@@ -254,7 +222,7 @@ _LONGEST_PUSH = 0.02
 """In the networks' space."""
 
 
-@_jit
-def _all_inputs(about: Any, x: Any, rows: Any) -> None:
+@njit_cached_quick
+def _all_inputs(field: Any, x: Any, rows: Any) -> None:
     for n in range(len(x)):
-        arm_inputs(about, x[n], rows[n])
+        arm_inputs(field, x[n], rows[n])

@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
-from envs.compiled import QUICK
+from envs.compiled import njit_cached_quick
 from envs.problem import Array
 from envs.seeding import stream
-from planners.fields.clearance_field import NOWHERE, speed_at, straight_times
+from envs.speed_model import speed_at
+from planners.fields.clearance_field import ClearanceField, straight_times
 from planners.fields.dispatch import clearance_of, outward
-from planners.fields.laplacian_eigenmaps import NO_MODES
+from planners.fields.laplacian_eigenmaps import ModeArrays
 from planners.fields.layers import Bound, SineBlock, SmoothSymmetric
 from planners.fields.network_kernel import Network, Single, pair
 from planners.fields.networks import TimeField
@@ -55,8 +55,8 @@ class CompiledField:
             below=generator.head.below,
             opening=generator.head.opening,
             smoothing=SmoothSymmetric.smoothing,
-            held=NO_MODES if net.inputs is None else net.inputs.held,
-            about=NOWHERE if net.inputs is None else net.inputs.view,
+            modes=ModeArrays.none() if net.inputs is None else net.inputs.mode_arrays,
+            field=ClearanceField.none() if net.inputs is None else net.inputs.field,
         )
 
     @staticmethod
@@ -138,10 +138,7 @@ def _single(weights: Any) -> Single:
     return np.ascontiguousarray(weights.detach().cpu().numpy(), dtype=np.float32)
 
 
-_jit = numba.njit(cache=True, fastmath=QUICK)
-
-
-@_jit
+@njit_cached_quick
 def _descend(
     ends: Any, moves: Any, lower: Any, upper: Any, there: Any, how: Any, network: Any
 ) -> int:
@@ -159,7 +156,7 @@ def _descend(
         # Ends in one place have met, however near a wall: there is no direction between them.
         if distance == 0:
             return step
-        if distance <= meeting and (margin == 0 or _joined(ends, network.about)):
+        if distance <= meeting and (margin == 0 or _joined(ends, network.field)):
             return step
         ratio = math.exp(pair(ends, gradients, network))
         square = np.zeros(2, dtype=np.float32)
@@ -173,20 +170,21 @@ def _descend(
             if moves[end]:
                 by = alpha / max(square[end], 1e-12)
                 if true_speed:
-                    about = network.about
-                    pace = max(speed_at(about, clearance_of(about, ends[end])), about.least_speed)
+                    speed = network.field.speed
+                    clearance = clearance_of(network.field, ends[end])
+                    pace = max(speed_at(speed, clearance), speed.least)
                     by = alpha * pace / max(math.sqrt(square[end]), 1e-6)
                 for k in range(d):
                     moved = ends[end, k] - by * gradients[end, k]
                     ends[end, k] = min(max(moved, lower[k]), upper[k])
                 if margin > 0:
-                    _push_out(ends[end], margin, network.about)
+                    _push_out(ends[end], margin, network.field)
                     for k in range(d):
                         ends[end, k] = min(max(ends[end, k], lower[k]), upper[k])
     return -1
 
 
-@_jit
+@njit_cached_quick
 def _without_loops(path: Any, near: float) -> Any:
     """The places (m,) on a path (k, d) that are left without its loops: where it comes back to
     within `near` of a place after a way of more than six times that, what lies between goes."""
@@ -207,33 +205,33 @@ def _without_loops(path: Any, near: float) -> Any:
     return np.array(kept)
 
 
-@_jit
-def _joined(ends: Any, about: Any) -> bool:
+@njit_cached_quick
+def _joined(ends: Any, field: Any) -> bool:
     """Whether nothing is in the way between two ends (2, d)."""
     for s in range(9):
-        if clearance_of(about, ends[0] + np.float32(s / 8) * (ends[1] - ends[0])) < 0.02:
+        if clearance_of(field, ends[0] + np.float32(s / 8) * (ends[1] - ends[0])) < 0.02:
             return False
     return True
 
 
-@_jit
-def _push_out(x: Any, margin: float, about: Any) -> None:
+@njit_cached_quick
+def _push_out(x: Any, margin: float, field: Any) -> None:
     """Moves (d,) uphill until its clearance is about `margin`, as far as three steps allow."""
     step = np.empty(len(x))
     for _ in range(3):
-        missing = margin - clearance_of(about, x)
+        missing = margin - clearance_of(field, x)
         if missing <= 0:
             return
-        outward(about, x, missing, step)
+        outward(field, x, missing, step)
         for k in range(len(x)):
             x[k] += step[k]
 
 
-@_jit
+@njit_cached_quick
 def _escape(ends: Any, places: Any, network: Any) -> bool:
     """Moves one of two ends (2, 3) that are stuck to the best of the places about them, see
     `Descent`; whether there is one."""
-    about = network.about
+    field = network.field
     gradients = np.empty_like(ends)
     least = _arrival(ends, gradients, network)
     best = np.inf
@@ -243,8 +241,8 @@ def _escape(ends: Any, places: Any, network: Any) -> bool:
         trial = ends.copy()
         a[0] = ends[end]
         for n in range(len(places)):
-            b[0] = a[0] + about.reach * places[n]
-            time = straight_times(about, a, b)[0]
+            b[0] = a[0] + field.reach * places[n]
+            time = straight_times(field, a, b)[0]
             if time > 1e6:
                 continue
             trial[end] = b[0]
@@ -256,7 +254,7 @@ def _escape(ends: Any, places: Any, network: Any) -> bool:
     return best < 1e6
 
 
-@_jit
+@njit_cached_quick
 def _arrival(ends: Any, gradients: Any, network: Any) -> float:
     """T between two ends (2, d)."""
     distance = math.sqrt(((ends[0] - ends[1]) ** 2).sum())

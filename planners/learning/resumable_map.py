@@ -18,7 +18,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from envs import InputError
-from envs.errors import reason
+from envs.errors import input_error_of, reason
 from envs.files.paths import atomic_write
 from envs.processors import physical_cores
 
@@ -98,9 +98,9 @@ def _read(kept: Path, none: D, items: int) -> tuple[D, float]:
         return none, 0.0
     try:
         # Not by its name: NumPy would leave the file open where it is damaged.
-        with kept.open("rb") as opened, np.load(opened) as held:
-            made = type(none)(*(held[name] for name in vars(none)))
-            seconds = float(held["seconds"])
+        with kept.open("rb") as opened, np.load(opened) as stored:
+            made = type(none)(*(stored[name] for name in vars(none)))
+            seconds = float(stored["seconds"])
     except _NOT_OURS as error:
         raise InputError(f"cannot go on from {kept}, delete it: {reason(error)}") from error
     if not (made.continues(none) and made.finished <= items and 0 <= seconds < math.inf):
@@ -109,11 +109,8 @@ def _read(kept: Path, none: D, items: int) -> tuple[D, float]:
 
 
 def _write(kept: Path, made: Pieces, seconds: float) -> None:
-    try:
-        with atomic_write(kept) as part:
-            np.savez(part, seconds=seconds, **vars(made))
-    except OSError as error:
-        raise InputError(f"cannot write {kept}: {reason(error)}") from error
+    with input_error_of(f"cannot write {kept}"), atomic_write(kept) as part:
+        np.savez(part, seconds=seconds, **vars(made))
 
 
 def in_parallel(

@@ -16,7 +16,7 @@ import torch
 from torch import Tensor, nn
 
 from envs import Environment, InputError
-from envs.errors import reason
+from envs.errors import input_error_of, reason
 from envs.files.paths import atomic_write
 from envs.seeding import derived_seed, stream
 
@@ -107,8 +107,8 @@ class Epochs:
             state.optimiser.load_state_dict(optimiser)
             return
         self.before = mean
-        held = state.net.state_dict(), state.optimiser.state_dict()
-        self.kept = [*self.kept[1 - rollback.kept :], deepcopy(held)]
+        now = state.net.state_dict(), state.optimiser.state_dict()
+        self.kept = [*self.kept[1 - rollback.kept :], deepcopy(now)]
 
 
 class Length(Protocol):
@@ -180,8 +180,8 @@ class TrainingState:
         """The averaged network. What is no weight, such as the w-space encoder's lambda, is not
         averaged but as it is now."""
         with torch.no_grad():
-            for held, now in zip(self.average.buffers(), self.net.buffers(), strict=True):
-                held.copy_(now)
+            for average, now in zip(self.average.buffers(), self.net.buffers(), strict=True):
+                average.copy_(now)
         return self.average
 
     def save(self, file: Path) -> None:
@@ -193,11 +193,9 @@ class TrainingState:
         state: dict[str, Any] = {name: getattr(self, name) for name in self._PLAIN}
         state |= {name: getattr(self, name).state_dict() for name in self._MODULES}
         state["epochs"] = dict(vars(self.epochs))
-        try:
-            with atomic_write(file) as part:
-                torch.save(state, part)
-        except (OSError, RuntimeError) as error:  # PyTorch's own for a full disk is the latter
-            raise InputError(f"cannot write {file}: {reason(error)}") from error
+        # PyTorch's own error for a full disk is a RuntimeError.
+        with input_error_of(f"cannot write {file}", RuntimeError), atomic_write(file) as part:
+            torch.save(state, part)
 
     def _check(self) -> None:
         """Raises ValueError if it is no state that a training can be in."""

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError
 
 from envs import InputError
-from envs.errors import brief
+from envs.errors import brief, input_error_of
 from envs.files.paths import atomic_write
 
 FORMAT = 1
@@ -113,14 +113,12 @@ def write(file: Path, tensors: Tensors, manifest: Manifest) -> None:
     """
     data = safetensors.numpy.save({k: np.ascontiguousarray(v) for k, v in tensors.items()})
     described = {**asdict(manifest), "sha256": hashlib.sha256(data).hexdigest()}
-    try:
+    with input_error_of(f"cannot write weights to {file}"):
         file.parent.mkdir(parents=True, exist_ok=True)
         waiting = _waiting(manifest_file(file))
         _replace(waiting, (json.dumps(described, indent=1) + "\n").encode())
         _replace(file, data)
         waiting.replace(manifest_file(file))
-    except OSError as error:
-        raise InputError(f"cannot write weights to {file}: {error}") from error
 
 
 def link(target: Path, planner: str, domain: str) -> None:
@@ -208,15 +206,13 @@ def is_described(file: Path) -> bool:
 
 
 def _bytes(file: Path, most: int) -> bytes:
-    try:
+    with input_error_of(f"cannot read {file}"):
         if not file.is_file():
             raise InputError(f"no such file: {file}")
         size = file.stat().st_size
         if size > most:
             raise InputError(f"{file} has {size} bytes, which is too many for what it should be")
         return file.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {file}: {error}") from error
 
 
 def _read_manifest(file: Path) -> Manifest:

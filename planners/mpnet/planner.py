@@ -62,8 +62,9 @@ class MpnetPlanner(LearnedPlanner):
     Args:
         fallback: a planner of another kind, as in `bench run --planners`, for the motions that
             stay infeasible; by default none, and the time limit ends the search.
-        weights, device: see `LearnedPlanner`. The device is that of training; the network is so
-            small that it plans on the CPU.
+        weights: a file of weights; by default the shipped ones, else those in the user's cache.
+        device: of PyTorch, "cpu", "cuda" or "cuda:INDEX", for training; the network is so small
+            that it plans on the CPU.
 
     Raises:
         InputError: an argument is out of range.

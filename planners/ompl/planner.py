@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from time import perf_counter
 from typing import Any
 
@@ -30,10 +29,10 @@ _ROADMAPS = ("PRMstar", "LazyPRMstar")
 _FIRST_SOLUTION_ONLY = ("RRTConnect", "FMT")
 """Planners that end with their first solution, whatever time is left."""
 
-PAPERS = math.nan
-"""Stands for the seconds of growing a roadmap that the paper's tables have: it plans with one
-where obstacles are meshes (Gibson), by LazyPRM*, and without one elsewhere."""
 _PAPERS_ROADMAP_S = 40.0
+"""Of growing a roadmap, in the paper's tables: it plans with one where obstacles are meshes
+(Gibson), by LazyPRM*, and without one elsewhere."""
+
 _MOST_ROADMAP_S = 86_400  # a day
 
 _GROWTH_OF_LAZY_ROADMAP = 0.02
@@ -62,9 +61,10 @@ class OmplPlanner(Planner):
         roadmap_s: at most so many seconds of growing a roadmap offline, no more than a day. PRM*
             keeps it, and lets it grow, from problem to problem; LazyPRM*, whose later edges are
             unchecked, begins each problem with it as it was. 0 plans every problem from nothing.
-            By default see `PAPERS`.
+            None, the default, is 40 for LazyPRM* among meshes, as the paper has it in Gibson, and 0
+            else.
         parameters: of the OMPL planner, by OMPL's names ("range", "goal_bias", ...), see
-            `ompl_parameters.set_parameters`.
+            `parameters.set_parameters`.
 
     Raises:
         InputError: a parameter is unknown to the algorithm, or its value is refused.
@@ -75,12 +75,12 @@ class OmplPlanner(Planner):
         algorithm: str,
         *,
         simplify: bool = False,
-        roadmap_s: float = PAPERS,
+        roadmap_s: float | None = None,
         **parameters: Any,
     ) -> None:
-        if not (0 <= roadmap_s <= _MOST_ROADMAP_S or math.isnan(roadmap_s)):
+        if roadmap_s is not None and not 0 <= roadmap_s <= _MOST_ROADMAP_S:
             raise InputError(f"roadmap_s must be between 0 and {_MOST_ROADMAP_S}, not {roadmap_s}")
-        if roadmap_s > 0 and algorithm not in _ROADMAPS:
+        if roadmap_s and algorithm not in _ROADMAPS:
             raise InputError(f"{algorithm} keeps no roadmap; roadmap_s is for PRM* and LazyPRM*")
         self.improves = algorithm not in _FIRST_SOLUTION_ONLY
         self._algorithm = algorithm
@@ -140,7 +140,7 @@ class OmplPlanner(Planner):
         return data
 
     def _roadmap_seconds(self, env: Environment) -> float:
-        if not math.isnan(self._roadmap_s):
+        if self._roadmap_s is not None:
             return self._roadmap_s
         among_meshes = any(isinstance(obstacle, Mesh) for obstacle in env.obstacles)
         return _PAPERS_ROADMAP_S if self._algorithm == "LazyPRMstar" and among_meshes else 0.0

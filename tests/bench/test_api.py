@@ -18,6 +18,7 @@ import bench
 import envs
 import planners
 from bench.cli import interface
+from bench.judging.metrics import METRICS
 from bench.storage.record import COLUMNS, Verdict
 from envs import InputError
 
@@ -31,16 +32,18 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> bench.Run:
 
 
 def test_its_arguments_are_the_options_of_the_command() -> None:
-    options = {o.name: o for o in interface.run.params}
+    options = {o.name: o for o in interface.run.params if o.name != "wide"}  # of terminals
     arguments = inspect.signature(bench.run).parameters
     assert arguments.keys() == options.keys()
     for name, argument in arguments.items():
-        if argument.default is not inspect.Parameter.empty and name != "planner_file":
+        if argument.default is not inspect.Parameter.empty and not name.endswith("_file"):
             assert argument.default == options[name].default or not argument.default, name
 
 
 def test_data_frames_have_every_attempt_and_path(run: bench.Run) -> None:
-    assert list(run.attempts.columns) == [name for name in COLUMNS if name != "path"]
+    columns = [name for name in COLUMNS if name not in ("path", "metrics")]
+    assert list(run.attempts.columns)[: len(columns)] == columns
+    assert set(run.attempts.columns[len(columns) :]) == {metric.name for metric in run.metrics}
     assert len(run.attempts) == 12
     assert run.summary["planner"].tolist() == PLANNERS.split(",")
     solved = run.attempts["outcome"] == "VALID"
@@ -136,4 +139,5 @@ def test_the_columns_of_attempts_are_documented() -> None:
     text = inspect.getdoc(bench.Run.attempts.func)
     assert text is not None
     named = set(re.findall(r"`(\w+)`", text))
-    assert {"env", "planner", "problem", "outcome", "solve_s"} <= named <= set(COLUMNS)
+    assert {"env", "planner", "problem", "outcome", "solve_s"} <= named
+    assert named <= {*COLUMNS, *(metric.name for metric in METRICS)}

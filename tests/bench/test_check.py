@@ -7,9 +7,8 @@ from typing import Any
 
 import pytest
 from conftest import Cli, Refused
-from records import row
+from records import record_of, row
 
-from bench.storage.record import Record
 from bench.storage.store import Store
 
 N = 20
@@ -40,7 +39,7 @@ def stored(
                 outcome = "VALID" if i < count else others.get("outcome", "TIMEOUT")
                 told = {**(measured if outcome == "VALID" else {}), **others}
                 told.pop("outcome", None)
-                store.put(Record(**row(planner, i, outcome, **told)))
+                store.put(record_of(row(planner, i, outcome, **told)))
         store.put_session("r", {"run_id": "r"})
     return folder
 
@@ -115,7 +114,7 @@ def test_which_were_solved_matters(bench: Cli, tmp_path: Path, baseline: Path) -
     """As many are solved, but others: a rise makes up for a fall."""
     other = stored(tmp_path / "now", {**SOLVED, "rrtstar": N})
     with Store(other) as store:
-        store.put(Record(**row("rrtstar", 4, "TIMEOUT")))
+        store.put(record_of(row("rrtstar", 4, "TIMEOUT")))
     code, out, _ = bench("check", other, "--baseline", baseline)
     assert code == 0, out
     [line] = [line for line in out.splitlines() if line.startswith("| `c3d` | `rrtstar` | success")]

@@ -24,14 +24,14 @@ def made() -> Baseline:
         row("rrtstar:range=2,goal_bias=0.1", 2, "VALID", solve_s=2e-7, length=float("inf")),
         row("fmm", 0, "COLLISION", solve_s=1.0, length=1.0),
     ]
-    return Baseline.of(recorded(rows), ("time", "length"))
+    return Baseline.of(recorded(rows))
 
 
 def test_it_is_read_as_it_was_written(tmp_path: Path) -> None:
     file = tmp_path / "made" / "b.csv"
     write(made(), file)
     again = read(file)
-    assert again.measures == ("length", "time"), "in their own order"
+    assert again.measures == ("length", "margin", "time"), "in their own order"
     assert list(again.rows) == [("c3d", "fmm"), ("c3d", "rrtstar:range=2,goal_bias=0.1")]
     for key, old in made().rows.items():
         new = again.rows[key]

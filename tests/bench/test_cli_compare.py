@@ -9,10 +9,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from conftest import Cli, Refused
-from records import row
+from records import record_of, row
 
 from bench.analysis.comparison import COLUMNS as COMPARED
-from bench.storage.record import Record
 from bench.storage.store import Store
 
 PLANNERS = {"fmm": 1.0, "rrtstar": 2.0, "rrtconnect:range=2": 1.5}
@@ -39,7 +38,7 @@ def stored(
                 length = scale * PLANNERS[planner] * (10 + i)
                 measured = {"solve_s": length / 100, "length": length, "safety_margin": 0.1}
                 of_row = {k: v for k, v in others.items() if k != "session"}
-                store.put(Record(**row(planner, i, "VALID", **measured, **of_row)))
+                store.put(record_of(row(planner, i, "VALID", **measured, **of_row)))
         session = {"run_id": "r", "machine": {"processor": "X"}, **others.get("session", {})}
         store.put_session("r", session)
     return folder

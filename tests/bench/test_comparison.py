@@ -11,13 +11,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from records import recorded, row
+from records import changed, recorded, row, value
 
 from bench.analysis.comparison import compare, pair_runs
 from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import holm, mcnemar, paired_effect, signed_rank
+from bench.judging.metrics import METRICS
 from bench.report.comparison_text import text
 from envs import InputError
+
+PRIMARY = tuple(metric for metric in METRICS if metric.primary)
 
 N = 12
 TIMES = np.arange(1.0, N + 1)
@@ -52,7 +55,7 @@ def on_machine(run: RunResults, **machine: Any) -> RunResults:
 
 
 def compared(a: RunResults, b: RunResults, who: tuple[str, str] | None = None) -> pd.DataFrame:
-    return compare(pair_runs(a, b, who).pairs).set_index("measure")
+    return compare(pair_runs(a, b, who).pairs, PRIMARY).set_index("measure")
 
 
 def test_verdicts_know_which_way_is_better() -> None:
@@ -116,7 +119,7 @@ def test_many_tests_correct_each_other() -> None:
     b = [planner(name, 0.9 if name == "a" else 1.0, failed=range(4)) for name in names]
     alone = compared(recorded(a[0]), recorded(b[0])).loc["length"]
     assert (alone["p"], alone["p_holm"], alone["verdict"]) == (2 / 256, 4 * 2 / 256, "better")
-    table = compare(pair_runs(recorded([*chain(*a)]), recorded([*chain(*b)])).pairs)
+    table = compare(pair_runs(recorded([*chain(*a)]), recorded([*chain(*b)])).pairs, PRIMARY)
     assert len(table) == 32
     among = table[(table["planner_a"] == "a") & (table["measure"] == "length")].iloc[0]
     assert (among["p"], among["p_holm"], among["verdict"]) == (2 / 256, 32 * 2 / 256, "same")
@@ -126,18 +129,20 @@ def test_a_difference_in_few_problems_is_shown_with_its_size_there() -> None:
     """The short paths and the long ones get longer, but not those in the middle."""
     lengths = [10 + i / 100 for i in range(15)] + [50.0] * 15 + [90 + i / 100 for i in range(15)]
     a = [row("p", i, "VALID", solve_s=1.0, length=x) for i, x in enumerate(lengths)]
-    b = [{**r, "length": r["length"] + (r["length"] != 50)} for r in a]
+    b = [changed(r, length=value(r, "length") + (value(r, "length") != 50)) for r in a]
     found = compared(recorded(a), recorded(b)).loc["length"]
     assert found["p_holm"] < 0.001
     assert (found["n"], found["differing"], found["verdict"]) == (45, 30, "worse")
     assert 1 < found["low"] < found["estimate"] < found["high"] < 1.1
     first, second = recorded(a), recorded(b)
-    assert " of 30 " in text(first, second, compare(pair_runs(first, second).pairs), ())
+    assert " of 30 " in text(
+        first, second, compare(pair_runs(first, second).pairs, PRIMARY), (), PRIMARY
+    )
 
 
 def test_rounding_is_no_difference() -> None:
     a = planner("fmm")
-    b = [{**r, "length": r["length"] * (1 + 1e-15)} for r in a]
+    b = [changed(r, length=value(r, "length") * (1 + 1e-15)) for r in a]
     found = compared(recorded(a), recorded(b)).loc["length"]
     assert (found["differing"], found["p"], found["verdict"]) == (0, 1, "same")
     assert (found["estimate"], found["low"], found["high"]) == (1, 1, 1)
@@ -166,8 +171,8 @@ def test_shorter_by_5_percent_is_shown_as_often_as_signed_ranks_show_it() -> Non
 
 
 def test_margins_that_are_not_positive_have_a_difference() -> None:
-    a = [{**r, "safety_margin": r["safety_margin"] - 0.02} for r in planner("fmm")]
-    b = [{**r, "safety_margin": r["safety_margin"] + 1} for r in a]
+    a = [changed(r, safety_margin=value(r, "safety_margin") - 0.02) for r in planner("fmm")]
+    b = [changed(r, safety_margin=value(r, "safety_margin") + 1) for r in a]
     found = compared(recorded(a), recorded(b)).loc["safety_margin"]
     assert (found["effect"], found["verdict"]) == ("difference", "better")
     assert (found["estimate"], found["low"], found["high"]) == pytest.approx((1, 1, 1))
@@ -289,7 +294,7 @@ def test_environments_that_are_not_shared_are_left_out_with_a_reason() -> None:
         "bunny (fingerprint u, seed 0): only in A",
         "gibson (fingerprint g, seed 0): only in B",
     )
-    shown = text(a, b, compare(pairing.pairs), pairing.left_out)
+    shown = text(a, b, compare(pairing.pairs, PRIMARY), pairing.left_out, PRIMARY)
     for reason in pairing.left_out:
         assert f"- Left out: {reason}." in shown
 
@@ -335,8 +340,8 @@ def test_the_same_environment_may_have_another_name() -> None:
 def test_a_pair_does_not_depend_on_the_others() -> None:
     run = recorded([*planner("x"), *planner("y", 0.7)])
     other = recorded([*planner("x", 0.9), *planner("y")])
-    together = compare(pair_runs(run, other).pairs)
-    alone = compare(pair_runs(run, other, ("y", "y")).pairs)
+    together = compare(pair_runs(run, other).pairs, PRIMARY)
+    alone = compare(pair_runs(run, other, ("y", "y")).pairs, PRIMARY)
     same = [c for c in alone.columns if c not in ("p_holm", "verdict")]
     pd.testing.assert_frame_equal(
         together[together["planner_a"] == "y"][same].reset_index(drop=True), alone[same]
@@ -347,17 +352,17 @@ def test_the_text_says_every_number_and_reason() -> None:
     a, b = planner("fmm", failed=[0]), planner("fmm", 0.5, failed=[1, 2])
     first, second = recorded(a), with_settings(recorded(b), jobs=2)
     pairing = pair_runs(first, second)
-    shown = text(first, second, compare(pairing.pairs), pairing.left_out)
+    shown = text(first, second, compare(pairing.pairs, PRIMARY), pairing.left_out, PRIMARY)
     assert shown.startswith("A: `somewhere`. 12 problems an environment")
     assert "B: `somewhere`. 12 problems" in shown
     lines = {line.split("|")[4].strip(): line for line in shown.splitlines() if "| fmm" in line}
-    assert list(lines) == ["success", "time s", "length", "margin"]
+    assert list(lines) == ["success", "time s", "length units", "safety margin units"]
     for said in ("12 |", "91.7 %", "83.3 %", "only A 2, only B 1", "1.0000", "same"):
         assert said in lines["success"]
     for said in ("9 |", "0.8 ", "0.4 ", "| - ", "not comparable"):
         assert said in lines["time s"]
     for said in ("28 ", "14 ", "0.5 [0.5, 0.5]", "0.0039", "0.0117", "better"):
-        assert said in lines["length"]
+        assert said in lines["length units"]
     assert "- Not comparable, time s: jobs 1 against 2 (c3d fmm)." in shown
     assert "no difference was shown" in shown
     assert "nan" not in shown
@@ -365,8 +370,8 @@ def test_the_text_says_every_number_and_reason() -> None:
 
 def test_small_p_and_differences_are_told_as_such() -> None:
     a = [row("p", i, "VALID", solve_s=1.0, length=1.0 + i, safety_margin=-1.0) for i in range(40)]
-    b = [{**r, "safety_margin": 1.0, "planner": "q"} for r in a]
+    b = [{**changed(r, safety_margin=1.0), "planner": "q"} for r in a]
     run = recorded([*a, *b])
-    shown = text(run, run, compare(pair_runs(run, run, ("p", "q")).pairs), ())
+    shown = text(run, run, compare(pair_runs(run, run, ("p", "q")).pairs, PRIMARY), (), PRIMARY)
     assert shown.startswith("A and B: `somewhere`. 40 problems")
     assert "B - A: 2 [2, 2] | < 0.0001" in " ".join(shown.split())

@@ -9,6 +9,7 @@ from records import recorded, row
 
 from bench.analysis.run_results import RunResults
 from bench.analysis.summary import summarise
+from bench.judging.metrics import METRICS
 from bench.report import html, latex, markdown
 
 
@@ -87,5 +88,5 @@ def test_sessions_that_were_cut_off() -> None:
     assert on_machines(one, r={"processor": "P", "cores": 2}, q=None).remarks == []
     old = [*attempts("p", 1.0, 5, processor=""), *attempts("p", 1.0, 5, processor="", run_id="q")]
     assert "one that is not known" in on_machines(old, r={"processor": "P"}, q=None).remarks[0]
-    [told] = summarise(recorded(two).records, [("c3d", "p")]).to_dict("records")
+    [told] = summarise(recorded(two).records, [("c3d", "p")], METRICS).to_dict("records")
     assert told["processors"] == 2

@@ -7,7 +7,7 @@ import gzip
 
 import numpy as np
 import pytest
-from html_reports import through, unpacked
+from html_reports import unpacked
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -23,11 +23,8 @@ from bench.report.html.geometry import (
     simplified,
     thinned,
 )
-from bench.report.html.problems import first_contact
 from envs import Environment
-from envs.collision.fcl_model import CollisionModel
 from envs.collision.shapes import Box
-from envs.robots.point import PointRobot
 from envs.scenes.arm_world import ArmWorld
 
 
@@ -98,48 +95,6 @@ def test_a_small_surface_is_left_as_it_is() -> None:
     box = triangles_of([Box(np.zeros(3), np.ones(3))])
     assert simplified(box, 12).area == pytest.approx(6)
     assert len(simplified(box, 12).faces) == 12
-
-
-def test_a_collision_is_marked_where_the_path_enters_a_box(c3d: Environment) -> None:
-    model = c3d.collision_model()
-    path = through(c3d.obstacles[0], c3d)  # type: ignore[arg-type]
-    place = first_contact(model, path)
-    assert place.clearance <= model.tolerance
-    shares = np.linspace(0, place.share, 2000)[:-1]
-    before = c3d.clearance(along(path, shares))
-    assert (before > 0).all(), "nothing was touched earlier"
-    assert np.allclose(place.q, along(path, np.array([place.share]))[0])
-    assert c3d.clearance(place.q[None])[0] == pytest.approx(0, abs=2e-3)
-
-
-def test_of_a_path_that_touches_nothing_the_closest_place_is_marked(c3d: Environment) -> None:
-    corner = c3d.upper - 0.1
-    path = np.array([corner, corner - [0.5, 0, 0]])
-    place = first_contact(c3d.collision_model(), path)
-    assert place.clearance == pytest.approx(c3d.clearance(path).min(), abs=1e-2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("waypoints", [2, 300])
-def test_a_long_way_beside_a_wall_is_not_followed_for_ever(waypoints: int) -> None:
-    """Twice the tolerance above a floor, to and fro, into a box at the end."""
-    floor, box = (
-        Box(np.zeros(3), np.array([200.0, 200, 1])),
-        Box(np.array([95.0, 95, 1]), np.ones(3)),
-    )
-    model = CollisionModel(PointRobot(0.1), [floor, box], 1e-3)
-    ways = np.linspace(-90, 90, waypoints)
-    path = np.stack([np.tile([-80.0, 80.0], waypoints)[:waypoints], ways, 0 * ways], axis=1)
-    path = np.concatenate([path + [0, 0, 0.602], [[95, 95, 1]]])
-    place = first_contact(model, path)
-    assert place.clearance <= model.tolerance
-    assert place.share > 0.5
-    assert model.checks <= 50_000 + 2 * len(path)
-
-
-def test_a_path_of_one_waypoint_has_a_place_too(c3d: Environment) -> None:
-    place = first_contact(c3d.collision_model(), c3d.upper[None] - 0.1)
-    assert place.share == 0
 
 
 def test_arrays_that_are_no_paths_of_the_environment_are_not_drawn(c3d: Environment) -> None:

@@ -42,10 +42,6 @@ def test_a_good_path_and_its_numbers() -> None:
     assert judged.length == pytest.approx(
         np.linalg.norm(np.diff(around(0.3), axis=0), axis=1).sum()
     )
-    assert judged.travel_time is not None
-    assert judged.travel_time > judged.length
-    assert judged.smoothness is not None
-    assert judged.smoothness > 0
 
 
 @pytest.mark.parametrize(
@@ -164,7 +160,6 @@ def test_dense_paths_are_judged_as_thin_ones_are() -> None:
     assert other.verdict is one.verdict is Verdict.VALID
     assert other.safety_margin == pytest.approx(one.safety_margin, abs=1e-3)
     assert other.length == pytest.approx(one.length, rel=1e-3)
-    assert other.travel_time == pytest.approx(one.travel_time, rel=1e-3)
 
 
 @pytest.mark.slow

@@ -60,13 +60,16 @@ def overfull_points(log: str) -> float:
     return max(map(float, found), default=0.0)
 
 
-def test_both_tables_say_what_the_cells_say() -> None:
+def test_the_tables_say_what_the_cells_say() -> None:
     run = recorded(ROWS)
     tables = tex_reader.tables(latex.text(run))
-    expected = formatting.success_rows(run.summary, run.spread)
+    expected = formatting.success_rows(run)
     for cell in expected:
         del cell["outcomes"]
-    assert tables == {"success": expected, "common": formatting.common_rows(run.common)}
+    assert tables == {
+        "success": expected,
+        "common": formatting.common_rows(run),
+    }
 
 
 def test_outcomes_other_than_success_are_told_below() -> None:
@@ -89,11 +92,16 @@ def test_captions_are_those_of_the_run() -> None:
     assert left_out in tex_reader.plain(common)
 
 
+BLANK = ("success %", "length units", "time s", "offline s")
+
+
 def test_a_table_without_rows_is_left_out() -> None:
     tex = latex.text(recorded([row("a", 0, "UNSUPPORTED", error="no weights_of it.\nMore.")]))
     assert list(tex_reader.tables(tex)) == ["success"]
     [cells_] = tex_reader.tables(tex)["success"]
-    assert {cells_[title] for title in ("success %", "length", "time s", "offline s")} == {"-"}
+    assert {cells_[title] for title in ("success %", "length units", "time s", "offline s")} == {
+        "-"
+    }
     [note] = re.findall(r"\\raggedright (.*)\}\n", tex)
     assert "a in c3d: UNSUPPORTED 1: no weights_of it." in tex_reader.plain(note)
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from bench.judging.metrics import MOST_PIECES, path_length, smoothness, travel_time
+from bench.judging.path_numbers import MOST_PIECES, path_length, smoothness, travel_time
 from planners.ompl import parameters
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]], float)

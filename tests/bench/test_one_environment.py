@@ -15,6 +15,7 @@ from records import recorded, row
 from bench.analysis.regression import Baseline, CheckOptions, check
 from bench.analysis.run_results import RunResults
 from bench.analysis.summary import common_problems
+from bench.judging.metrics import METRICS
 from bench.report import html, planner_arena
 from envs import InputError
 
@@ -40,7 +41,7 @@ def test_names_of_one_environment_in_a_run_and_after_it(bench: Cli, balls: Path)
     assert code == 0
     assert f"{dotted} is the same environment as {first}" in err
     assert f"{copy} is the same environment as {first}" in err
-    assert out.count("| rrtconnect |") == 2, "a row in each of both tables"
+    assert out.count("| rrtconnect |") == 3, "a row in each of the tables"
     assert pd.read_csv("a/summary.csv")["env"].tolist() == [first]
 
     again = ("run", "--env", copy, "--planners", "rrtconnect,rrtstar", *RUN[2:], "--out", "a")
@@ -88,7 +89,7 @@ def joined() -> RunResults:
 def test_runs_of_one_environment_by_two_names_are_of_one(tmp_path: Path) -> None:
     run = joined()
     assert run.order == [("b.ply", "p"), ("b.ply", "q")]
-    assert common_problems(run.records)["problems"].tolist() == [3, 3]
+    assert common_problems(run.records, METRICS)["problems"].tolist() == [3, 3]
     assert [s["envs"][0]["id"] for s in run.selections] == ["b.ply"] * 2
     assert len(html.problem_sets.arenas_of(run)) == 1
     planner_arena.write(run, tmp_path / "a.db")

@@ -179,6 +179,11 @@ def test_an_experiment_is_read_with_its_defaults(tmp_path: Path) -> None:
         (GOOD.replace('["arm4"]', '"arm4"'), "env: 'arm4' is not of the kind"),
         (GOOD.replace('["arm4"]', "[4]"), "env: 4 is not of the kind"),
         (GOOD + "explained = 3", "explained: 3 is not of the kind"),
+        (GOOD + "[explained]\na = 3", "explained: 3 is not of the kind"),
+        (GOOD + "time_limit_s = inf", "time_limit_s: inf is not of the kind"),
+        (GOOD + "note = 1979-05-27", "note: .*1979-05-27.* is not of the kind"),
+        (GOOD + "name = 'other'", "unknown key 'name'; an experiment is called as its file"),
+        (GOOD.replace("problems = 4", "problem = 3"), "unknown key 'problem'"),
     ],
 )
 def test_what_describes_no_experiment_is_refused(text: str, said: str, tmp_path: Path) -> None:

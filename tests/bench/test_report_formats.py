@@ -18,7 +18,7 @@ import pytest
 from conftest import Cli, Refused
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from records import recorded, row
+from records import record_of, recorded, row
 from report_reader import (
     COMMON,
     Printed,
@@ -33,11 +33,11 @@ from report_reader import (
 
 from bench import cli
 from bench.analysis.run_results import RunResults
-from bench.analysis.summary import COLUMNS as SUMMARY
+from bench.analysis.summary import columns
+from bench.judging.metrics import METRICS
 from bench.report import csv_table, latex, markdown, writers
 from bench.report.formatting import SPREADS
 from bench.report.html import overview as html_tables
-from bench.storage.record import COLUMNS, Record
 from bench.storage.store import Store
 
 NUMBER = re.compile(r"-?(?:\d+(?:\.\d+)?|inf)|-")
@@ -80,8 +80,8 @@ def in_html(run: RunResults) -> Tables:
     success, common = (
         [dict(zip(table.titles, [cell.text for cell in line], strict=True)) for line in table.rows]
         for table in (
-            html_tables.success_table(run.summary, run.spread),
-            html_tables.common_table(run.common),
+            html_tables.success_table(run),
+            html_tables.common_table(run),
         )
     )
     return success, common
@@ -113,7 +113,7 @@ def reported(draw: st.DrawFn) -> RunResults:
     rows = draw(st.lists(st.tuples(names, names), min_size=1, max_size=3, unique=True))
     summary = []
     for env, planner in rows:
-        made = {name: draw(numbers) for name in SUMMARY}
+        made = {name: draw(numbers) for name in columns(METRICS)}
         made |= {name: draw(rates) for name in ("success_rate", "success_low", "success_high")}
         made |= {"env": env, "planner": planner, "problems": draw(st.integers(0, 10**9))}
         made |= {"status_counts": json.dumps(draw(counts))}
@@ -121,7 +121,7 @@ def reported(draw: st.DrawFn) -> RunResults:
         summary.append(made)
     spread = draw(st.sampled_from(sorted(SPREADS)))
     run = replace(recorded([row("a", 0, "TIMEOUT")]), spread=spread)
-    table = pd.DataFrame(summary, columns=list(SUMMARY))
+    table = pd.DataFrame(summary, columns=list(columns(METRICS)))
     # What is computed once may be given instead.
     vars(run).update(summary=table, common=table)
     return run
@@ -163,7 +163,7 @@ def stored(folder: Path, env: str, *planners: str, seed: int = 0, fingerprint: s
     [selection] = recorded(rows, envs=envs, seed=seed).selections
     with Store(folder) as store:
         for values in rows:
-            store.put(Record(**{name: values[name] for name in COLUMNS}))
+            store.put(record_of(values))
         store.put_selection(selection)
     return folder
 

@@ -16,7 +16,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from bench.storage.record import KEY, MOST_WAYPOINTS, Record, decode_path, encode_path, outcome
+from bench.storage.record import (
+    COLUMNS,
+    KEY,
+    MOST_WAYPOINTS,
+    Record,
+    decode_path,
+    encode_path,
+    outcome,
+)
 from bench.storage.store import FORCED_EVERY_S, Store, StoredRecords
 from envs import InputError
 
@@ -30,6 +38,7 @@ RECORD = Record(
     planner_version=1,
     weights="",
     problem=0,
+    repeat=0,
     problems_seed=7,
     settings="s",
     seed=123,
@@ -42,11 +51,7 @@ RECORD = Record(
     solve_s=0.2,
     cpu_s=0.19,
     load=0.5,
-    length=3.0,
-    safety_margin=0.5,
-    travel_time=4.0,
-    smoothness=0.0,
-    waypoints=3,
+    metrics='{"length": 3.0, "safety_margin": 0.5, "waypoints": 3, "mine": null}',
     collision_checks=9,
     peak_memory_mb=100.0,
     attempt_memory_mb=3.0,
@@ -64,7 +69,9 @@ def test_what_is_put_is_found(tmp_path: Path) -> None:
         store.put(RECORD)
     with StoredRecords(tmp_path) as store:
         [row] = store.records(["f"], 7, "s").to_dict("records")
-    assert row == {**vars(RECORD)}
+    assert {name: row[name] for name in COLUMNS} == vars(RECORD)
+    assert (row["length"], row["safety_margin"], row["waypoints"]) == (3, 0.5, 3)
+    assert np.isnan(row["mine"])
     assert (decode_path(row["path"]) == PATH).all()
 
 
@@ -73,7 +80,7 @@ def test_the_key_tells_attempts_apart(tmp_path: Path, column: str) -> None:
     other = replace(RECORD, **{column: 99 if isinstance(getattr(RECORD, column), int) else "q"})
     with Store(tmp_path) as store:
         store.put(RECORD)
-        store.put(replace(RECORD, length=9.0))
+        store.put(replace(RECORD, metrics='{"length": 9.0}'))
         store.put(other)
         rows = [
             len(store.records([r.env_fingerprint], r.problems_seed, r.settings))
@@ -101,12 +108,11 @@ def test_threads_may_put_at_once(tmp_path: Path) -> None:
 PUT_AND_DIE = """
 import os, signal, sys
 from pathlib import Path
-from records import row
-from bench.storage.record import Record
+from records import record_of, row
 from bench.storage.store import Store
 store = Store(Path(sys.argv[1]))
 for problem in range(30):
-    store.put(Record(**row("p", problem, "TIMEOUT")))
+    store.put(record_of(row("p", problem, "TIMEOUT")))
 os.kill(os.getpid(), signal.SIGKILL)
 """
 

@@ -9,13 +9,16 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from conftest import Cli, records_of
+from records import record_of
 
 from bench.analysis.run_results import RunResults
 from bench.execution import machine
-from bench.storage.record import COLUMNS, KEY, Record
+from bench.judging.metrics import METRICS
+from bench.storage.record import COLUMNS, KEY
 from bench.storage.store import Store, StoredRecords
 from bench.storage.store_file import TABLES, row_digest
 from envs import InputError
@@ -102,7 +105,7 @@ def test_nothing_is_added_to_a_damaged_store(bench: Cli, folder: Path, tmp_path:
 def test_a_changed_number_is_seen(folder: Path, tmp_path: Path) -> None:
     copy = shutil.copytree(folder, tmp_path / "copy")
     with closing(sqlite3.connect(copy / "run.sqlite")) as store, store:
-        store.execute("UPDATE records SET length = length / 2 WHERE problem = 3")
+        store.execute("UPDATE records SET solve_s = solve_s / 2 WHERE problem = 3")
     with pytest.raises(InputError, match="2 of its records are not what was stored"):
         StoredRecords(copy)
 
@@ -110,14 +113,24 @@ def test_a_changed_number_is_seen(folder: Path, tmp_path: Path) -> None:
 SINCE_3 = {"weights": "", "cpu_s": None, "load": None, "attempt_memory_mb": None, "processor": ""}
 """Columns of the third version, and what stands for them in older records."""
 
+METRICS_OF_3 = ("length", "safety_margin", "travel_time", "smoothness", "waypoints")
+"""What the third version had in columns."""
+
+
+def columns_of(version: int) -> list[str]:
+    """The columns of a record in a store of a version before the fourth."""
+    place = COLUMNS.index("metrics")
+    columns = [*COLUMNS[:place], *METRICS_OF_3, *COLUMNS[place + 1 :]]
+    lacking = {"repeat", *(SINCE_3 if version < 3 else ())}
+    return [column for column in columns if column not in lacking]
+
 
 def older_store(version: int, source: Path, copy: Path) -> Path:
-    """A copy of a store as an earlier version would hold it: none but the third has all columns,
-    and the first had no digests."""
+    """A copy of a store as an earlier version would hold it; the first had no digests."""
     copy.mkdir()
     digest = ", digest" if version > 1 else ""
-    key = [column for column in KEY if column not in SINCE_3]
-    held = {table: [c for c in columns if c not in SINCE_3] for table, columns in TABLES.items()}
+    held = {**TABLES, "records": columns_of(version)}
+    key = [column for column in KEY if column in held["records"]]
     with closing(sqlite3.connect(copy / "run.sqlite")) as store:
         store.create_function("row_digest", -1, row_digest, deterministic=True)
         store.executescript(
@@ -131,31 +144,43 @@ def older_store(version: int, source: Path, copy: Path) -> Path:
         )
         store.execute("ATTACH ? AS newer", (str(source / "run.sqlite"),))
         for table, columns in held.items():
-            names = ", ".join(columns)
-            of_row = f", row_digest({names})" if version > 1 else ""
-            store.execute(f"INSERT INTO {table} SELECT {names}{of_row} FROM newer.{table}")
+            names = ", ".join(
+                f"json_extract(metrics, '$.{c}') AS {c}" if c in METRICS_OF_3 else c
+                for c in columns
+            )
+            of_row = f", row_digest({', '.join(columns)})" if version > 1 else ""
+            store.execute(
+                f"INSERT INTO {table} SELECT *{of_row} FROM (SELECT {names} FROM newer.{table})"
+            )
         store.commit()
     return copy
 
 
-def as_older(records: pd.DataFrame) -> pd.DataFrame:
-    """Records as they are after an older store held them."""
-    return records.assign(**SINCE_3)
+def as_older(records: pd.DataFrame, version: int) -> pd.DataFrame:
+    """Records as they are after a store of an earlier version held them."""
+    unknown = {metric.name for metric in METRICS} - {"time_s", *METRICS_OF_3}
+    lacking = {**(SINCE_3 if version < 3 else {}), **dict.fromkeys(unknown, np.nan)}
+    return records.assign(**lacking).drop(columns="metrics")
 
 
-@pytest.mark.parametrize("version", [1, 2])
+def known(records: pd.DataFrame) -> pd.DataFrame:
+    """Without the text that metrics are stored as."""
+    return records.drop(columns="metrics")
+
+
+@pytest.mark.parametrize("version", [1, 2, 3])
 def test_an_older_store_is_read_as_it_is(folder: Path, version: int, tmp_path: Path) -> None:
     older = older_store(version, folder, tmp_path / "older")
     before = (older / "run.sqlite").read_bytes()
     records = RunResults.read(older).records
-    pd.testing.assert_frame_equal(records, as_older(records_of(folder)))
-    assert list(records) == list(COLUMNS)
+    wanted = as_older(records_of(folder), version)
+    pd.testing.assert_frame_equal(known(records)[list(wanted)], wanted)
     assert (older / "run.sqlite").read_bytes() == before
     assert [file.name for file in older.iterdir()] == ["run.sqlite"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize("version", [1, 2, 3])
 def test_a_run_goes_on_in_an_older_store(
     bench: Cli, folder: Path, version: int, tmp_path: Path
 ) -> None:
@@ -163,9 +188,10 @@ def test_a_run_goes_on_in_an_older_store(
     assert bench(*RUN, "--problems", 13, "--out", older)[0] == 0
     records = records_of(older)
     assert len(records) == 2 * 13
-    kept = records[records["problem"] < 12].reset_index(drop=True)
-    told = as_older(records_of(folder))
-    assert kept[list(COLUMNS)].astype(object).equals(told.astype(object)), "not measured again"
+    kept = known(records[records["problem"] < 12]).reset_index(drop=True)
+    # Metrics that there were none of are computed from the paths, except of the attempt itself.
+    told = known(records_of(folder)).assign(**(SINCE_3 if version < 3 else {}))
+    assert kept[list(told)].astype(object).equals(told.astype(object)), "not measured again"
     new = records[records["problem"] == 12]
     assert (new["processor"] == machine.processor()).all()
     assert older_sessions(older) == older_sessions(folder)
@@ -182,7 +208,7 @@ def test_what_was_damaged_before_is_not_taken_over(
 ) -> None:
     older = older_store(2, folder, tmp_path / "older")
     with closing(sqlite3.connect(older / "run.sqlite")) as store, store:
-        store.execute("UPDATE records SET length = length / 2 WHERE problem = 3")
+        store.execute("UPDATE records SET solve_s = solve_s / 2 WHERE problem = 3")
     before = (older / "run.sqlite").read_bytes()
     for command in ((*RUN, "--problems", 20, "--out", older), ("report", older)):
         code, _, err = bench(*command)
@@ -197,8 +223,8 @@ def test_records_with_other_weights_stand_side_by_side_in_a_store_that_was_older
     older = older_store(2, folder, tmp_path / "older")
     with Store(older) as store:
         values = records_of(folder).iloc[0].to_dict()
-        store.put(Record(**{**values, "weights": "another"}))
-        store.put(Record(**{**values, "weights": "another"}))
+        store.put(record_of({**values, "weights": "another"}))
+        store.put(record_of({**values, "weights": "another"}))
         rows = store.records(
             [values["env_fingerprint"]], values["problems_seed"], values["settings"]
         )
@@ -206,7 +232,7 @@ def test_records_with_other_weights_stand_side_by_side_in_a_store_that_was_older
         assert of_planner["weights"].value_counts().to_dict() == {"": 12, "another": 1}
 
 
-@pytest.mark.parametrize("version", [0, 4, 99])
+@pytest.mark.parametrize("version", [0, 5, 99])
 def test_a_store_of_an_unknown_version_is_left_alone(
     bench: Cli, folder: Path, version: int, tmp_path: Path
 ) -> None:
@@ -217,7 +243,7 @@ def test_a_store_of_an_unknown_version_is_left_alone(
     for command in ((*RUN, "--problems", 20, "--out", copy), ("report", copy)):
         code, _, err = bench(*command)
         assert code == 2
-        assert f"version {version}, this program knows 1 to 3; use the program that made it" in err
+        assert f"version {version}, this program knows 1 to 4; use the program that made it" in err
     assert (copy / "run.sqlite").read_bytes() == before
 
 

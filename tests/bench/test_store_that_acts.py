@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 from conftest import Refused
-from records import row
+from records import record_of, row
 
-from bench.storage.record import Record
 from bench.storage.store import Store
 from bench.storage.store_file import row_digest
 
@@ -34,7 +33,7 @@ ACTING = {
 def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("made")
     with Store(folder) as store:
-        store.put(Record(**row("p", 0, "VALID")))
+        store.put(record_of(row("p", 0, "VALID")))
     return folder
 
 

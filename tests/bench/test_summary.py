@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from records import recorded, row
+from records import frame_of, recorded, row
 
 from bench.analysis import summary
 from bench.analysis.statistics import wilson_interval
+from bench.judging.metrics import METRICS
 from bench.report import markdown
 
 ROWS = [
@@ -24,12 +25,12 @@ ROWS = [
     row("c", 0, "UNSUPPORTED", error="it learns over many scenes\nand more"),
     row("c", 1, "UNSUPPORTED", error="it learns over many scenes\nand more"),
 ]
-RECORDS = pd.DataFrame(ROWS)
+RECORDS = frame_of(ROWS)
 ORDER = [("c3d", "b"), ("c3d", "a"), ("c3d", "c"), ("c3d", "absent")]
 
 
 def test_summary_by_hand() -> None:
-    table = summary.summarise(RECORDS, ORDER).set_index("planner")
+    table = summary.summarise(RECORDS, ORDER, METRICS).set_index("planner")
     assert table.index.tolist() == ["b", "a", "c"]
     a = table.loc["a"]
     assert (a["problems"], a["solved"]) == (3, 2)
@@ -59,7 +60,7 @@ def test_rates_are_of_what_was_attempted() -> None:
     """Some were skipped before there were weights."""
     rows = [row("a", i, "VALID" if i else "TIMEOUT", solve_s=1.0) for i in range(4)]
     rows += [row("a", i, "SKIPPED", error="no weights") for i in range(4, 10)]
-    [a] = summary.summarise(pd.DataFrame(rows), [("c3d", "a")]).to_dict("records")
+    [a] = summary.summarise(frame_of(rows), [("c3d", "a")], METRICS).to_dict("records")
     assert (a["problems"], a["attempted"], a["solved"], a["success_rate"]) == (10, 4, 3, 0.75)
     assert (a["success_low"], a["success_high"]) == wilson_interval(3, 4)
     assert a["reason"] == "no weights"
@@ -67,10 +68,10 @@ def test_rates_are_of_what_was_attempted() -> None:
 
 def test_one_that_solves_nothing_is_left_out_of_the_common_problems_by_name() -> None:
     rows = [*ROWS, *(row("hopeless", i, "TIMEOUT", solve_s=5.0) for i in range(3))]
-    table = summary.common_problems(pd.DataFrame(rows)).set_index("planner")
+    table = summary.common_problems(frame_of(rows), METRICS).set_index("planner")
     assert table.index.tolist() == ["a", "b"]
     assert table["problems"].tolist() == [1, 1]
-    assert summary.left_out_of_common(pd.DataFrame(rows)) == {"c3d": {"hopeless": 0}}
+    assert summary.left_out_of_common(frame_of(rows)) == {"c3d": {"hopeless": 0}}
     text = markdown.text(recorded(rows))
     assert "solved by all: `hopeless` in `c3d` (0 solved)" in text
     assert "Left out" not in markdown.text(recorded(ROWS)), "c did not take part"
@@ -83,9 +84,9 @@ def test_those_that_solve_fewest_are_left_out_until_something_is_common() -> Non
         for name, known in solved.items()
         for i in range(10)
     ]
-    table = summary.common_problems(pd.DataFrame(rows)).set_index("planner")
+    table = summary.common_problems(frame_of(rows), METRICS).set_index("planner")
     assert table["problems"].to_dict() == {"a": 4, "b": 4}
-    left_out = summary.left_out_of_common(pd.DataFrame(rows))
+    left_out = summary.left_out_of_common(frame_of(rows))
     assert left_out == {"c3d": {"none": 0, "one": 1, "few": 2}}
 
 
@@ -109,9 +110,9 @@ def test_one_that_solves_no_blocked_problem_is_left_out_if_two_do(
         for name, known in solved.items()
         for i in range(len(BLOCKED))
     ]
-    records = pd.DataFrame(rows)
+    records = frame_of(rows)
     assert summary.left_out_of_common(records) == ({"c3d": left_out} if left_out else {})
-    table = summary.common_problems(records)
+    table = summary.common_problems(records, METRICS)
     assert set(table["planner"]) == solved.keys() - left_out.keys()
     assert set(table["problems"]) == {common}
 
@@ -119,14 +120,14 @@ def test_one_that_solves_no_blocked_problem_is_left_out_if_two_do(
 def test_two_that_share_nothing_are_still_told() -> None:
     rows = [row(name, i, "VALID", length=1.0) for name, i in (("a", 0), ("b", 1))]
     rows += [row(name, i, "TIMEOUT") for name, i in (("a", 1), ("b", 0))]
-    table = summary.common_problems(pd.DataFrame(rows))
+    table = summary.common_problems(frame_of(rows), METRICS)
     assert table["problems"].tolist() == [0, 0]
-    assert summary.left_out_of_common(pd.DataFrame(rows)) == {}
+    assert summary.left_out_of_common(frame_of(rows)) == {}
 
 
 def test_common_problems_by_hand() -> None:
     """Only problem 1 was solved by both that took part; c did not."""
-    table = summary.common_problems(RECORDS).set_index("planner")
+    table = summary.common_problems(RECORDS, METRICS).set_index("planner")
     assert table.index.tolist() == ["a", "b"]
     assert table["problems"].tolist() == [1, 1]
     assert table["length_mean"].tolist() == [20, 22]
@@ -170,7 +171,7 @@ def test_times_to_common_lengths_by_hand() -> None:
         improving("late", 0, 10.4),
         improving("late", 1, 20.0),
     ]
-    table = summary.common_problems(pd.DataFrame(rows)).set_index("planner")
+    table = summary.common_problems(frame_of(rows), METRICS).set_index("planner")
     early, late = table.loc["early"], table.loc["late"]
     assert (early["share_to_best"], early["share_to_5_percent"], early["share_to_20_percent"]) == (
         *(0.5, 0.5),

@@ -11,12 +11,11 @@ from collections.abc import Callable
 from time import perf_counter
 
 import numpy as np
-import torch
 
 import envs
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
-from envs.robots import arm_clearance, chain_torch
+from envs.robots import arm_clearance
 from envs.scenes.arm_world import ArmWorld
 
 MILLION = 1_000_000
@@ -27,14 +26,8 @@ def main(text: str) -> None:
     env = envs.make(text)
     assert isinstance(env, ArmWorld)
     print(f"{text}: {env.dimension} joints, {len(env.robot.parts)} solids", end=", ")
-    print(f"{len(env.robot.view.balls)} spheres, {len(env.obstacles)} obstacles")
-    chain = env.robot.chain
-
-    def forward_torch(q: Array) -> None:
-        chain_torch.forward(chain, torch.from_numpy(q).float())
-
-    in_bulk(env, "forward kinematics, compiled", chain.forward, MILLION)
-    in_bulk(env, "forward kinematics, PyTorch", forward_torch, MILLION)
+    print(f"{len(env.robot.arrays.balls)} spheres, {len(env.obstacles)} obstacles")
+    in_bulk(env, "forward kinematics", env.robot.chain.forward, MILLION)
     in_bulk(env, "clearances of pairs by spheres", env.approximate_clearance, 2 * MILLION)
     with_bounds, alone = env.collision_model(), CollisionModel(env.robot, env.obstacles)
     q = configurations(env, 5000)
@@ -43,7 +36,7 @@ def main(text: str) -> None:
         one_by_one(f"clearance, {name}", model.clearance, q)
     steps = np.random.default_rng(1).normal(0, 0.3, q.shape)
     motions = np.stack([q, q + steps], axis=1)[:2000]
-    view, scene = env.robot.view, env.scene
+    view, scene = env.robot.arrays, env.scene
 
     def by_fcl(motion: Array) -> None:
         with_bounds.segment_is_free(*motion)

@@ -13,7 +13,7 @@ import numpy as np
 import envs
 import planners
 from bench.judging.judge import Judge
-from bench.judging.metrics import path_length
+from bench.judging.path_numbers import path_length
 from planners import Budget
 
 

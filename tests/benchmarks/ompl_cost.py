@@ -15,7 +15,7 @@ import pytest
 
 import envs
 import planners
-from bench.judging.metrics import path_length
+from bench.judging.path_numbers import path_length
 from envs import Environment, Problem
 from planners import Budget
 from planners.ompl import parameters

@@ -17,7 +17,7 @@ from arms import (
 )
 
 import envs
-from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere, triangulated
+from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere
 from envs.problem import Array
 from envs.robots.arm import Arm, Part, part_bounds
 from envs.robots.chain import Chain, Joint, Link
@@ -55,7 +55,7 @@ def greatest_speeds(arm: Arm, a: Array, b: Array, steps: int = 40) -> Array:
     poses = Chain(arm.chain.joints, links).forward(a + t * (b - a))
     found = []
     for number, part in enumerate(parts):
-        points = triangulated(PlacedShape(part.placed.solid, np.eye(4))).vertices
+        points = part.placed.solid.triangulate().vertices
         turn, shift = poses[:, number, :3, :3], poses[:, number, None, :3, 3]
         places = points @ turn.transpose(0, 2, 1) + shift
         found.append(steps * np.linalg.norm(np.diff(places, axis=0), axis=2).max())
@@ -64,7 +64,7 @@ def greatest_speeds(arm: Arm, a: Array, b: Array, steps: int = 40) -> Array:
 
 def bounds_of(arm: Arm, a: Array, b: Array) -> Array:
     bounds = np.empty(arm.moving)
-    part_bounds(arm.view, a, b, bounds)
+    part_bounds(arm.arrays, a, b, bounds)
     return bounds
 
 

@@ -70,7 +70,7 @@ def test_clearances_of_many_are_those_of_each() -> None:
         parts = np.empty(each.robot.moving)
         found = each.approximate_clearance(q[picked])
         for one, least in zip(q[picked], found, strict=True):
-            view = each.robot.view
+            view = each.robot.arrays
             assert arm_clearance.part_clearances(view, each.scene, one, parts) == parts.min()
             assert least == pytest.approx(parts.min(), abs=1e-12)
     assert env.approximate_clearance(q[picked]) == pytest.approx(whole[picked], abs=1e-12)

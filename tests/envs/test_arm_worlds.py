@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import envs
 from envs import Environment
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.primitive_sdf import nearest, view_of
+from envs.collision.primitive_sdf import nearest, scene_arrays
 from envs.collision.shapes import Box, Cylinder, PlacedShape, surface_points
 from envs.robots import rrt_connect
 from envs.robots.arm import Arm
@@ -103,7 +103,7 @@ def test_ends_are_joined(env: Environment) -> None:
     rng = np.random.default_rng(4)
     for problem in env.sample_problems(8, 5):
         samples = rng.uniform(env.lower, env.upper, (10_000, env.dimension))
-        view, scene = env.robot.view, env.scene
+        view, scene = env.robot.arrays, env.scene
         ends = problem.start, problem.goal
         assert rrt_connect.is_connected(view, scene, *ends, samples, env.planning_tolerance)
 
@@ -118,7 +118,7 @@ def test_what_a_wall_parts_is_not_connected(tmp_path: Path) -> None:
     """A hand that turns about a post does not get from one side of another post to its other."""
     chain, parts = read_urdf(arm_file(tmp_path, *TURNING_HAND))
     world = ArmWorld(Arm(chain, parts, False), [post(0.5)], "test")
-    view, scene = world.robot.view, world.scene
+    view, scene = world.robot.arrays, world.scene
     samples = np.random.default_rng(0).uniform(world.lower, world.upper, (200, 1))
     left, right, behind = np.array([[0.6], [-0.6], [3.0]])
     assert rrt_connect.is_connected(view, scene, left, behind, samples, world.planning_tolerance)
@@ -140,7 +140,7 @@ def test_ways_around_are_found(tmp_path: Path) -> None:
     )
     chain, parts = read_urdf(file)
     world = ArmWorld(Arm(chain, parts, False), [post(0.5)], "test")
-    view, scene = world.robot.view, world.scene
+    view, scene = world.robot.arrays, world.scene
     left, right = np.array([[0.6, 0.5], [-0.6, 0.5]])
     assert not world.collision_model().segment_is_free(left, right)
     for seed in range(5):
@@ -178,7 +178,7 @@ def test_tables_keep_clear_of_the_arm_and_stand_on_the_table(scene: int) -> None
     assert isinstance(table.solid, Box)
     top = table.pose[2, 3] + table.solid.sides[2] / 2
     assert top == pytest.approx(-0.05)
-    view = view_of(things, np.full(3, -2.0), np.full(3, 2.0))
+    view = scene_arrays(things, np.full(3, -2.0), np.full(3, 2.0))
     away = [nearest(view, 0.0, 0.0, z, np.inf)[0] for z in np.arange(-0.05, 2, 0.01)]
     assert min(away) >= 0.15 + 0.005  # between two of them as well
     points = surface_points(things, 2000, 0)

@@ -68,7 +68,7 @@ def free_by_fcl(env: Environment, motions: Array) -> NDArray[np.bool_]:
 
 def free_by_spheres(env: Environment, motions: Array) -> NDArray[np.bool_]:
     assert isinstance(env, ArmWorld)
-    view, scene = env.robot.view, env.scene
+    view, scene = env.robot.arrays, env.scene
     free = [arm_clearance.segment_is_free(view, scene, a, b, TOLERANCE) for a, b in motions]
     return np.array(free)
 
@@ -96,7 +96,7 @@ class Slowed(Arm):
 
     @cached_property
     def view(self) -> RobotArrays:
-        whole = super().view
+        whole = super().arrays
         return whole._replace(reach=whole.reach / 2)
 
 

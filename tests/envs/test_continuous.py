@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numba
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import envs
 from envs.collision.continuous import (
     FIRST_QUERIES,
     UndecidedError,
+    compiled_is_covered,
+    is_covered,
     path_min_clearance,
     segment_is_free,
 )
@@ -216,3 +223,40 @@ def test_the_judge_refuses_no_motion_that_planners_find_free() -> None:
         disagreed += refused and judge.segment_is_free(a, b)
         assert not (refused and planner.segment_is_free(a, b))
     assert disagreed > 0
+
+
+@numba.njit
+def room_beside(places: Any, t: float) -> Any:
+    """Obstacles at places (n,) on a line, which the robot moves along; a tenth is kept."""
+    return np.abs(places - t).min() - 0.1
+
+
+@numba.njit
+def compiled_covering(places: Any, bound: float) -> Any:
+    return compiled_is_covered(room_beside, places, bound)
+
+
+@settings(deadline=None)  # compiled on the first call
+@given(st.lists(st.floats(-3, 4), min_size=1, max_size=5), st.floats(1, 50))
+def test_a_motion_is_covered_exactly_if_nothing_is_on_it(places: list[float], bound: float) -> None:
+    obstacles = np.array(places)
+    on_it = bool(((obstacles > -0.1) & (obstacles < 1.1)).any())
+    covered = is_covered(room_beside.py_func, obstacles, bound)
+    assert covered == (not on_it)
+    assert compiled_covering(obstacles, bound) == covered
+
+
+def test_the_first_place_that_is_asked_is_the_middle() -> None:
+    asked: list[float] = []
+
+    def room(_: None, t: float) -> float:
+        asked.append(t)
+        return 0.25
+
+    assert is_covered(room, None, 1.0)
+    assert asked == [0.5, 0.125, 0.875]
+
+
+def test_what_does_not_move_is_asked_once() -> None:
+    assert is_covered(lambda _, t: 0.0, None, 0.0)
+    assert not is_covered(lambda _, t: -1e-300, None, 0.0)

@@ -11,7 +11,6 @@ import envs
 from envs import Environment
 from envs.collision.distance_fields import signed_distance_to_boxes
 from envs.collision.shapes import Box, Sphere
-from envs.environment import SpeedModel
 
 UNIT = Box([0, 0, 0], [2, 2, 2])
 
@@ -75,20 +74,6 @@ def test_inside_a_box_is_a_collision_without_touching_a_face(c3d: Environment) -
         assert model.clearance(box.center) < 0
         assert not model.segment_is_free(box.center, box.center + 1e-3)
     assert (c3d.clearance(np.array([box.center for box in c3d.obstacles])) < -0.9).all()
-
-
-def test_speed_model_of_the_paper() -> None:
-    speed = SpeedModel(d_min=0.2, d_max=2.0)
-    at = np.array([-1, 0, 0.2, 1, 2, 5])
-    assert speed(at) == pytest.approx([0.1, 0.1, 0.1, 0.5, 1, 1])
-
-
-def test_speeds_go_on_falling_to_that_at_contact() -> None:
-    speed = SpeedModel(d_min=0.2, d_max=2.0, contact=0.001)
-    at = np.array([-1, 0, 0.1, 0.2, 1, 2, 5])
-    assert speed(at) == pytest.approx([0.001, 0.001, 0.01, 0.1, 0.5, 1, 1])
-    assert speed.ratio == pytest.approx(1000)
-    assert SpeedModel(d_min=0.2, d_max=2.0).ratio == pytest.approx(10)
 
 
 def test_speed_of_c3d(c3d: Environment) -> None:

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from envs.collision.gjk import distance, least_distance, moved, put, solid_row
+from envs.collision.gjk import distance, least_distance, moved, put
 from envs.collision.shapes import Box, Cylinder, Sphere
 from envs.problem import Array
 
@@ -33,7 +33,7 @@ def at(xyz: ArrayLike = (0, 0, 0), rpy: ArrayLike = (0, 0, 0)) -> Array:
 
 
 def between(a: Convex, pose_a: Array, b: Convex, pose_b: Array, most: float = np.inf) -> float:
-    return float(distance(solid_row(a, pose_a), solid_row(b, pose_b), most))
+    return float(distance(a.distance_row(pose_a), b.distance_row(pose_b), most))
 
 
 @numba.njit
@@ -142,7 +142,7 @@ def random_pairs(n: int, spread: float) -> tuple[Array, Array]:
             nudge = Rotation.from_rotvec(10 ** rng.uniform(-12, -2) * rng.normal(size=3))
             quarters = Rotation.from_euler("xyz", rng.integers(4, size=3) * math.pi / 2)
             second[:3, :3] = first[:3, :3] @ (nudge * quarters).as_matrix()
-        rows.append((solid_row(random_solid(rng), first), solid_row(random_solid(rng), second)))
+        rows.append((random_solid(rng).distance_row(first), random_solid(rng).distance_row(second)))
     pairs = np.array(rows)
     return pairs[:, 0].copy(), pairs[:, 1].copy()
 
@@ -238,17 +238,17 @@ def test_no_distance_where_they_overlap(a: Convex, b: Convex) -> None:
 def test_moved_rows_are_those_of_moved_solids(solid: Convex) -> None:
     offset, pose = at((0.1, 0.2, -0.3), (0.2, 0.4, 1.0)), at((0.7, -1.2, 0.4), TILT)
     out = np.empty(17)
-    moved(solid_row(solid, offset), pose[:3], out)
-    np.testing.assert_allclose(out, solid_row(solid, pose @ offset), atol=1e-14)
+    moved(solid.distance_row(offset), pose[:3], out)
+    np.testing.assert_allclose(out, solid.distance_row(pose @ offset), atol=1e-14)
 
 
 def test_the_least_distance_is_that_of_the_nearest() -> None:
     rng = np.random.default_rng(5)
     solids = [ROD, SQUARE, Sphere(0.4), Box(ORIGIN, np.array([1.0, 2.0, 0.02]))]
     rows = np.array(
-        [solid_row(s, at(rng.uniform(-6, 6, 3), rng.uniform(-3, 3, 3))) for s in solids]
+        [s.distance_row(at(rng.uniform(-6, 6, 3), rng.uniform(-3, 3, 3))) for s in solids]
     )
-    one = solid_row(Cylinder(0.2, 1.0), at((0.1, 0.2, 0.3), TILT))
+    one = Cylinder(0.2, 1.0).distance_row(at((0.1, 0.2, 0.3), TILT))
     each = [distance(one, row, np.inf) for row in rows]
     assert least_distance(one, rows, np.inf) == pytest.approx(min(each), abs=2e-7)
     assert least_distance(one, rows, min(each) / 2) >= min(each) / 2
@@ -258,5 +258,5 @@ def test_the_least_distance_is_that_of_the_nearest() -> None:
 def test_a_solid_is_put_where_a_pose_carries_it() -> None:
     there, carried = at((1, -2, 0.5), TILT), at((0.3, 0.1, -0.2), (1.0, 0.2, -0.4))
     for solid in (ROD, SQUARE, Sphere(0.4)):
-        found = put(solid_row(solid, carried), there[:3, :3], there[:3, 3])
-        assert found == pytest.approx(solid_row(solid, there @ carried))
+        found = put(solid.distance_row(carried), there[:3, :3], there[:3, 3])
+        assert found == pytest.approx(solid.distance_row(there @ carried))

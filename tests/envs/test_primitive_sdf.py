@@ -12,7 +12,14 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from envs.collision.mesh import MeshQueries
-from envs.collision.primitive_sdf import MESHES, NOTHING, SceneArrays, nearest, normal_at, view_of
+from envs.collision.primitive_sdf import (
+    MESHES,
+    NO_OBSTACLE,
+    SceneArrays,
+    nearest,
+    normal_at,
+    scene_arrays,
+)
 from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, PlacedShape, Solid, Sphere
 from envs.problem import Array
 
@@ -27,7 +34,7 @@ LOWER, UPPER = np.array([-0.9, -0.6, -0.6]), np.array([0.9, 0.7, 0.6])
 
 
 def scene_of(*obstacles: Obstacle) -> SceneArrays:
-    return view_of(obstacles, LOWER.copy(), UPPER.copy())
+    return scene_arrays(obstacles, LOWER.copy(), UPPER.copy())
 
 
 def distances(scene: SceneArrays, points: Array) -> Array:
@@ -133,13 +140,13 @@ AT = st.floats(-1.5, 1.5)
 def test_what_is_farther_than_asked_is_not_named(x: float, y: float, z: float, most: float) -> None:
     whole = nearest(CLUTTER, x, y, z, np.inf)
     capped = nearest(CLUTTER, x, y, z, most)
-    assert capped == (whole if whole[0] < most else (most, NOTHING))
+    assert capped == (whole if whole[0] < most else (most, NO_OBSTACLE))
 
 
 def test_nothing_is_infinitely_far() -> None:
     scene = scene_of()
-    assert nearest(scene, 0.1, 0.2, 0.3, np.inf) == (np.inf, NOTHING)
-    assert nearest(scene, 0.1, 0.2, 0.3, 0.5) == (0.5, NOTHING)
+    assert nearest(scene, 0.1, 0.2, 0.3, np.inf) == (np.inf, NO_OBSTACLE)
+    assert nearest(scene, 0.1, 0.2, 0.3, 0.5) == (0.5, NO_OBSTACLE)
 
 
 def gradient(scene: SceneArrays, point: Array, h: float) -> Array:
@@ -221,7 +228,7 @@ def test_meshes_and_primitives_are_met_in_one_scene() -> None:
     for x, which in ((-0.5, MESHES), (0.8, 0)):
         distance, found = nearest(scene, x, 0.0, 0.0, np.inf)
         assert found == which
-        assert nearest(scene, x, 0.0, 0.0, distance) == (distance, NOTHING)
+        assert nearest(scene, x, 0.0, 0.0, distance) == (distance, NO_OBSTACLE)
 
 
 def test_normals_of_meshes_point_away_from_them() -> None:

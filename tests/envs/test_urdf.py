@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import logging
 import math
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pinocchio
 import pytest
-import torch
 import trimesh
 from bad_meshes import BAD
 from bad_urdfs import BAD_URDFS, LIMIT, collision, joint, link, robot, with_shape
 
 from envs import InputError
 from envs.collision.shapes import Box, Cylinder, Mesh, Sphere
-from envs.robots import chain_torch
 from envs.robots.chain import Chain
 from envs.robots.urdf import read_urdf
 
@@ -93,17 +90,6 @@ def test_forward_kinematics_agree_with_pinocchio(seed: int, tmp_path: Path) -> N
     q = rng.uniform(-3, 3, (20, chain.dimension))
     expected = reference(text, chain, q)
     assert np.abs(chain.forward(q) - expected).max() < 1e-9
-    assert np.abs(chain_torch.forward(chain, torch.from_numpy(q)).numpy() - expected).max() < 1e-9
-
-
-def test_gradients_are_those_of_finite_differences(tmp_path: Path) -> None:
-    rng = np.random.default_rng(5)
-    text = random_arm(rng)
-    chain, _ = read_urdf(written(tmp_path, text))
-    assert chain.dimension > 3
-    assert {one.prismatic for one in chain.joints} == {False, True}
-    q = torch.from_numpy(rng.uniform(-2, 2, (3, chain.dimension))).requires_grad_()
-    assert torch.autograd.gradcheck(partial(chain_torch.forward, chain), (q,))
 
 
 def test_limits_and_axes(tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ def test_inputs_know_sines_places_and_clearances(world: ArmWorld) -> None:
     x = points(world, 50)
     inputs = ArmInputs(world)
     first = inputs.at(x)[:, 0]
-    q = x * inputs.view.extent + inputs.view.middle
+    q = x * inputs.field.extent + inputs.field.middle
     assert first[:, :d] == pytest.approx(np.sin(q))
     assert first[:, d : 2 * d] == pytest.approx(np.cos(q))
     # The far end of body 1 is the origin of joint 2, which carries body 2.
@@ -100,15 +100,15 @@ def test_the_field_is_symmetric_with_the_right_gradients(world: ArmWorld, net: T
 
 @pytest.mark.slow
 def test_pushes_lead_out_of_obstacles(world: ArmWorld) -> None:
-    about = ArmInputs(world).view
+    field = ArmInputs(world).field
     step = np.empty(world.dimension)
     gained = []
     for x in points(world, 1000):
-        before = arm_clearance_at(about, x)
+        before = arm_clearance_at(field, x)
         if -0.05 < before < 0.1:
-            arm_outward(about, x, 0.05, step)
+            arm_outward(field, x, 0.05, step)
             assert np.linalg.norm(step) <= 0.02 + 1e-9
-            gained.append(arm_clearance_at(about, x + step) - before)
+            gained.append(arm_clearance_at(field, x + step) - before)
     assert len(gained) > 10
     assert np.median(gained) == pytest.approx(0.05, abs=0.02)
     assert np.mean(np.array(gained) > 0) > 0.9
@@ -129,8 +129,8 @@ def test_ends_in_one_place_have_met_however_near_an_obstacle(
 ) -> None:
     compiled = CompiledField(net)
     low, high = (np.full(world.dimension, end, dtype=np.float32) for end in (-0.5, 0.5))
-    about = ArmInputs(world).view
-    near = [x for x in points(world, 2000, 3) if -0.1 < arm_clearance_at(about, x) < 0.02][:5]
+    field = ArmInputs(world).field
+    near = [x for x in points(world, 2000, 3) if -0.1 < arm_clearance_at(field, x) < 0.02][:5]
     assert near
     for place in np.array(near, dtype=np.float32):
         for descent in ATTEMPTS_FOR_ARMS:

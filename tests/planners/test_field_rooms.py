@@ -12,10 +12,10 @@ import pytest
 import torch
 
 from envs.collision.shapes import Box
-from envs.environment import SpeedModel
 from envs.scenes.boxes import BoxWorld
+from envs.speed_model import SpeedModel
 from planners.fields import planner as planner_module
-from planners.fields.clearance_field import Surroundings, surroundings_of
+from planners.fields.clearance_field import ClearanceMap, clearance_map_of
 from planners.fields.indoor_features import CLEARANCES, RoomInputs
 from planners.fields.laplacian_eigenmaps import modes_of
 from planners.fields.layers import FieldShape
@@ -57,8 +57,8 @@ def world() -> TwoRooms:
 
 
 @pytest.fixture(scope="module")
-def about(world: TwoRooms) -> Surroundings:
-    return surroundings_of(world)
+def clearances(world: TwoRooms) -> ClearanceMap:
+    return clearance_map_of(world)
 
 
 @pytest.fixture(scope="module")
@@ -83,15 +83,15 @@ def points(n: int, seed: int = 0) -> np.ndarray:
     return x[np.abs(x[:, 0]) > 0.05][:n]
 
 
-def test_clearances_are_the_worlds(world: TwoRooms, about: Surroundings) -> None:
+def test_clearances_are_the_worlds(world: TwoRooms, clearances: ClearanceMap) -> None:
     x = np.random.default_rng(0).uniform(-0.5, 0.5, (500, 3))
     exact = world.clearance(20 * x) / 4
-    assert np.abs(about.clearance(x) - exact).max() <= 0.07 * math.sqrt(3) / 2
+    assert np.abs(clearances.clearance(x) - exact).max() <= 0.07 * math.sqrt(3) / 2
 
 
-def test_straight_times_are_integrals_of_slowness(about: Surroundings) -> None:
+def test_straight_times_are_integrals_of_slowness(clearances: ClearanceMap) -> None:
     def time(a: list[float], b: list[float]) -> float:
-        return float(about.straight_times(np.array(a) / 20, np.array(b) / 20))
+        return float(clearances.straight_times(np.array(a) / 20, np.array(b) / 20))
 
     assert time([5, -9, 0], [5, 3, 0]) == pytest.approx(12 / 20, rel=1e-3), "at full speed"
     # 2 from the wall all along: half of d_max, half the speed
@@ -102,9 +102,9 @@ def test_straight_times_are_integrals_of_slowness(about: Surroundings) -> None:
     assert time([3, 7.5, 0], [-3, 7.5, 0]) < math.inf, "through the door"
 
 
-def test_straight_times_broadcast(about: Surroundings) -> None:
+def test_straight_times_broadcast(clearances: ClearanceMap) -> None:
     x = points(12).reshape(3, 4, 3)
-    times = about.straight_times(x[:, :, None], x[:, None])
+    times = clearances.straight_times(x[:, :, None], x[:, None])
     assert times.shape == (3, 4, 4)
     assert (times == times.swapaxes(1, 2)).all() or times == pytest.approx(times.swapaxes(1, 2))
     assert (np.diagonal(times, axis1=1, axis2=2) == 0).all()
@@ -126,7 +126,7 @@ def test_modes_part_what_a_wall_parts(rooms: RoomInputs) -> None:
 def test_the_median_resistance_is_the_median_distance(rooms: RoomInputs, world: TwoRooms) -> None:
     space = Space.of(world)
     a, b = space.uniform(np.random.default_rng(3), 2, 4000)
-    modes = [modes_of(rooms.modes.view, rooms.surroundings.view, x) for x in (a, b)]
+    modes = [modes_of(rooms.modes.arrays, rooms.clearances.field, x) for x in (a, b)]
     resistance = (((modes[0] - modes[1]) / 2) ** 2).sum(axis=1)
     distance = np.linalg.norm(a - b, axis=1)
     assert np.median(resistance) == pytest.approx(np.median(distance), rel=0.1)
@@ -138,7 +138,7 @@ def test_modes_come_back_from_weights(net: TimeField, world: TwoRooms) -> None:
     a, b = (torch.from_numpy(points(20, seed)).float() for seed in (1, 2))
     for wanted, found in zip(net(a, b), fresh(a, b), strict=True):
         assert torch.equal(wanted, found)
-    assert deepcopy(fresh).inputs.surroundings is fresh.inputs.surroundings
+    assert deepcopy(fresh).inputs.clearances is fresh.inputs.clearances
     with pytest.raises((RuntimeError, ValueError), match="modes"):
         RoomInputs(world, MODES + 1).load_state_dict(net.inputs.state_dict())
 
@@ -300,7 +300,7 @@ def test_where_every_place_is_behind_a_wall_there_is_no_escape(net: TimeField) -
 def test_an_escape_is_to_a_place_in_sight_with_a_smaller_time(net: TimeField) -> None:
     compiled = CompiledField(net)
     world = TwoRooms()
-    about = surroundings_of(world)
+    clearances = clearance_map_of(world)
     low, high = np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32)
 
     def time(ends: np.ndarray) -> float:
@@ -314,7 +314,7 @@ def test_an_escape_is_to_a_place_in_sight_with_a_smaller_time(net: TimeField) ->
         if found is not None:
             escaped += 1
             [end] = np.flatnonzero((found != ends).any(axis=1))
-            assert about.straight_times(ends[end], found[end]) < np.inf
+            assert clearances.straight_times(ends[end], found[end]) < np.inf
             assert time(found) < time(ends)
     assert escaped > 10
     assert compiled.descend(start, goal, low, high, stays) is None

@@ -14,7 +14,7 @@ import trimesh
 
 import envs
 import planners
-from bench.judging.metrics import path_length
+from bench.judging.path_numbers import path_length
 from envs import Environment, InputError, Problem
 from planners import Budget, PlannerResult, Status
 from planners.ompl import parameters

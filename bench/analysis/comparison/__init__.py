@@ -4,19 +4,19 @@ from bench.analysis.comparison.pairing import Pair, Pairing, Side, chosen_planne
 from bench.analysis.comparison.table import (
     COLUMNS,
     CONFIDENCE,
-    MEASURES,
     ComparisonVerdict,
+    chosen_metrics,
     compare,
 )
 
 __all__ = [
     "COLUMNS",
     "CONFIDENCE",
-    "MEASURES",
     "Pair",
     "Pairing",
     "Side",
     "ComparisonVerdict",
+    "chosen_metrics",
     "chosen_planners",
     "compare",
     "pair_runs",

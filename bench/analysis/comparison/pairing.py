@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 import planners
 from bench.analysis.comparison.conditions import Conditions
 from bench.analysis.run_results import RunResults
-from bench.storage.record import NOT_ATTEMPTED
+from bench.storage.record import NOT_ATTEMPTED, Verdict
 from envs import InputError
 from envs.errors import suggestion
 from envs.registry.arguments import split_entries
@@ -22,7 +24,7 @@ class Side:
 
     Attributes:
         folder: where its run is stored.
-        attempts: rows of the store, one a problem, in their order; the other side has the same
+        attempts: rows of the store, ordered by problem and repeat; the other side has the same
             problems.
         conditions: how they were measured.
     """
@@ -31,6 +33,26 @@ class Side:
     planner: str
     attempts: pd.DataFrame
     conditions: Conditions
+
+    @property
+    def success(self) -> NDArray[np.float64]:
+        """(n,) of each problem the share of its attempts that were verified successes."""
+        solved = self.attempts["outcome"] == Verdict.VALID.value
+        rates: NDArray[np.float64] = (
+            solved.groupby(self.attempts["problem"]).mean().to_numpy(dtype=float)
+        )
+        return rates
+
+    def values(self, metric: str) -> NDArray[np.float64]:
+        """(n,) of each problem the median over its verified successes; NaN where there is none, or
+        the run knows no such metric."""
+        solved = self.attempts["outcome"] == Verdict.VALID.value
+        column = self.attempts[metric] if metric in self.attempts else np.nan * solved
+        known = column.astype(float).where(solved)
+        medians: NDArray[np.float64] = (
+            known.groupby(self.attempts["problem"]).median().to_numpy(dtype=float)
+        )
+        return medians
 
 
 @dataclass(frozen=True)
@@ -53,7 +75,7 @@ class Pairing:
 
 
 @dataclass(frozen=True)
-class _Arena:
+class _ProblemSet:
     """What a run measured on the problems of one seed in one environment."""
 
     run: RunResults
@@ -75,7 +97,7 @@ class _Arena:
 
     def side(self, planner: str, problems: set[int]) -> Side:
         chosen = (self.rows["planner"] == planner) & self.rows["problem"].isin(problems)
-        attempts = self.rows[chosen].sort_values("problem", ignore_index=True)
+        attempts = self.rows[chosen].sort_values(["problem", "repeat"], ignore_index=True)
         return Side(_folder(self.run), planner, attempts, Conditions.of(self.run, attempts))
 
 
@@ -92,20 +114,27 @@ def pair_runs(a: RunResults, b: RunResults, who: tuple[str, str] | None = None) 
     Raises:
         InputError: they share nothing. It says why: other environments, or other seeds.
     """
-    ours, theirs = _arenas(a), _arenas(b)
+    ours, theirs = _problem_sets(a), _problem_sets(b)
     pairs: list[Pair] = []
     left_out: list[str] = []
-    for arena in ours:
-        other = next((o for o in theirs if _key(o) == _key(arena)), None)
+    for problem_set in ours:
+        other = next((o for o in theirs if _key(o) == _key(problem_set)), None)
         if other is None:
-            left_out.append(_why_apart(arena, theirs))
+            left_out.append(_why_apart(problem_set, theirs))
             continue
-        meeting = [who] if who else _namesakes(arena, other)
-        pairs += [_pair(arena, other, *names) for names in meeting if _shared(arena, other, *names)]
-        left_out += [] if who else _unmet(arena, other, meeting)
+        meeting = [who] if who else _namesakes(problem_set, other)
+        pairs += [
+            _pair(problem_set, other, *names)
+            for names in meeting
+            if _shared(problem_set, other, *names)
+        ]
+        left_out += [] if who else _unmet(problem_set, other, meeting)
         for p, q in meeting:
-            left_out += [*_unshared(arena, "A", p, other, q), *_unshared(other, "B", q, arena, p)]
-    known = {name for arena in ours for name in (arena.env, arena.fingerprint)}
+            left_out += [
+                *_unshared(problem_set, "A", p, other, q),
+                *_unshared(other, "B", q, problem_set, p),
+            ]
+    known = {name for problem_set in ours for name in (problem_set.env, problem_set.fingerprint)}
     left_out += [f"{o.named}: only in B" for o in theirs if not known & {o.env, o.fingerprint}]
     reasons = tuple(dict.fromkeys(left_out))
     if not pairs:
@@ -116,74 +145,77 @@ def pair_runs(a: RunResults, b: RunResults, who: tuple[str, str] | None = None) 
     return Pairing(tuple(pairs), reasons)
 
 
-def _arenas(run: RunResults) -> list[_Arena]:
+def _problem_sets(run: RunResults) -> list[_ProblemSet]:
     """In the order of the run; rows in which nothing was measured are left out."""
     rows = run.records[~run.records["status"].isin(NOT_ATTEMPTED)]
     groups = rows.groupby(["env_fingerprint", "problems_seed"], sort=False)
     return [
-        _Arena(run, group["env"].iloc[0], str(fingerprint), int(seed), group)
+        _ProblemSet(run, group["env"].iloc[0], str(fingerprint), int(seed), group)
         for (fingerprint, seed), group in groups
     ]
 
 
-def _key(arena: _Arena) -> tuple[str, int]:
-    return arena.fingerprint, arena.seed
+def _key(problem_set: _ProblemSet) -> tuple[str, int]:
+    return problem_set.fingerprint, problem_set.seed
 
 
 def _folder(run: RunResults) -> str:
     return ", ".join(str(folder) for folder in run.folders)
 
 
-def _why_apart(arena: _Arena, others: Sequence[_Arena]) -> str:
-    """Why none of B's arenas has the problems of this one of A."""
+def _why_apart(problem_set: _ProblemSet, others: Sequence[_ProblemSet]) -> str:
+    """Why none of B's problem sets has the problems of this one of A."""
     for other in others:
-        if other.fingerprint == arena.fingerprint:
+        if other.fingerprint == problem_set.fingerprint:
             return (
-                f"{arena.env}: the environment is the same, the problems are not: their seed is "
-                f"{arena.seed} in A, {other.seed} in B"
+                f"{problem_set.env}: the environment is the same, the problems are not: their "
+                f"seed is {problem_set.seed} in A, {other.seed} in B"
             )
     for other in others:
-        if other.env == arena.env:
+        if other.env == problem_set.env:
             return (
-                f"{arena.env}: the name is the same, the environment is not: its fingerprint is "
-                f"{arena.fingerprint} in A, {other.fingerprint} in B"
+                f"{problem_set.env}: the name is the same, the environment is not: its "
+                f"fingerprint is {problem_set.fingerprint} in A, {other.fingerprint} in B"
             )
-    return f"{arena.named}: only in A"
+    return f"{problem_set.named}: only in A"
 
 
-def _namesakes(arena: _Arena, other: _Arena) -> list[tuple[str, str]]:
-    common = [(name, name) for name in arena.planners if name in other.planners]
-    if not common and len(arena.planners) == len(other.planners) == 1:
-        return [(arena.planners[0], other.planners[0])]
+def _namesakes(problem_set: _ProblemSet, other: _ProblemSet) -> list[tuple[str, str]]:
+    common = [(name, name) for name in problem_set.planners if name in other.planners]
+    if not common and len(problem_set.planners) == len(other.planners) == 1:
+        return [(problem_set.planners[0], other.planners[0])]
     return common
 
 
-def _shared(arena: _Arena, other: _Arena, p: str, q: str) -> set[int]:
+def _shared(problem_set: _ProblemSet, other: _ProblemSet, p: str, q: str) -> set[int]:
     """The problems on which p was measured in one and q in the other."""
-    return arena.problems(p) & other.problems(q)
+    return problem_set.problems(p) & other.problems(q)
 
 
-def _pair(arena: _Arena, other: _Arena, p: str, q: str) -> Pair:
-    problems = _shared(arena, other, p, q)
-    sides = arena.side(p, problems), other.side(q, problems)
-    return Pair(arena.env, arena.fingerprint, arena.seed, *sides)
+def _pair(problem_set: _ProblemSet, other: _ProblemSet, p: str, q: str) -> Pair:
+    problems = _shared(problem_set, other, p, q)
+    sides = problem_set.side(p, problems), other.side(q, problems)
+    return Pair(problem_set.env, problem_set.fingerprint, problem_set.seed, *sides)
 
 
-def _unmet(arena: _Arena, other: _Arena, meeting: Sequence[tuple[str, str]]) -> list[str]:
+def _unmet(
+    problem_set: _ProblemSet, other: _ProblemSet, meeting: Sequence[tuple[str, str]]
+) -> list[str]:
     """Planners that meet none."""
     if not meeting:
-        both = f"A has {', '.join(arena.planners)}; B has {', '.join(other.planners)}"
+        both = f"A has {', '.join(problem_set.planners)}; B has {', '.join(other.planners)}"
         return [
-            f"{arena.env}: no planner is in both, so --planners P,Q must say who meets ({both})"
+            f"{problem_set.env}: no planner is in both, so --planners P,Q must say who meets "
+            f"({both})"
         ]
     alone = []
-    for side, one, met in zip("AB", (arena, other), zip(*meeting, strict=True), strict=True):
+    for side, one, met in zip("AB", (problem_set, other), zip(*meeting, strict=True), strict=True):
         names = [name for name in one.planners if name not in met]
         alone += [f"{one.env}: measured in {side} alone: {', '.join(names)}"] if names else []
     return alone
 
 
-def _unshared(one: _Arena, side: str, p: str, other: _Arena, q: str) -> list[str]:
+def _unshared(one: _ProblemSet, side: str, p: str, other: _ProblemSet, q: str) -> list[str]:
     """Problems of one side that the other was not measured on."""
     count = len(one.problems(p) - other.problems(q))
     return [f"{one.env}: {count} problems of {side} ({p}) alone"] if count else []

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from bench.analysis.comparison.conditions import why_times_differ
-from bench.analysis.comparison.pairing import Pair, Side
+from bench.analysis.comparison.pairing import Pair
+from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import (
     DIFFERENCE,
     RATIO,
@@ -25,7 +27,9 @@ from bench.analysis.statistics import (
     paired_effect,
     signed_rank,
 )
-from bench.storage import record
+from bench.judging.metric import Metric
+from envs.errors import UnknownNameError
+from envs.problem import Array
 
 Flags = NDArray[np.bool_]
 
@@ -51,26 +55,6 @@ class ComparisonVerdict(str, Enum):
     NOT_COMPARABLE = "not comparable"
 
 
-@dataclass(frozen=True)
-class Measure:
-    """Something measured of verified successes: its column in the records, whether more of it is
-    better, the kind of effect that two planners are compared by, and why it does not compare
-    between two sides (empty if it does)."""
-
-    column: str
-    more_is_better: bool
-    effect: str
-    obstacle: Callable[[Side, Side], str] = lambda a, b: ""
-
-
-MEASURES = {
-    "time_s": Measure(
-        "solve_s", False, RATIO, lambda a, b: why_times_differ(a.conditions, b.conditions)
-    ),
-    "length": Measure("length", False, RATIO),
-    "safety_margin": Measure("safety_margin", True, DIFFERENCE),
-}
-
 _ROUNDING = 1e-9
 """Values that differ by less than this part of them are the same: a straight line is as long in one
 piece as in a hundred."""
@@ -78,9 +62,10 @@ piece as in a hundred."""
 
 @dataclass(frozen=True)
 class _Comparison:
-    """What was found of a pair by one measure. Without a test there is a reason why."""
+    """What was found of a pair by success or a metric. Without a test there is a reason why."""
 
     measure: str
+    higher_is_better: bool
     n: int
     values: tuple[float, float]
     test: McNemar | SignedRank | None = None
@@ -98,33 +83,51 @@ class _Comparison:
         direction = self.test.direction
         if p_holm > 1 - CONFIDENCE or direction == 0:
             return ComparisonVerdict.SAME
-        more_is_better = self.measure == SUCCESS or MEASURES[self.measure].more_is_better
         return (
             ComparisonVerdict.BETTER
-            if (direction > 0) == more_is_better
+            if (direction > 0) == self.higher_is_better
             else ComparisonVerdict.WORSE
         )
 
 
-def compare(pairs: Sequence[Pair]) -> pd.DataFrame:
-    """Compares A and B of each pair: four rows a pair, with these columns.
+def chosen_metrics(names: str | None, a: RunResults, b: RunResults) -> tuple[Metric, ...]:
+    """The metrics that two runs are compared by: those of some names with commas between, in the
+    tables' order, or the primary ones.
 
-    `measure` is "success", or one of `MEASURES` on the `n` problems that both solved. `value_a`
-    and `value_b` are success rates (of `n` problems), as fractions, or medians (seconds, and the
-    environment's unit). `only_a` and `only_b` count the problems that only one solved. `effect`
-    says what `estimate` is, and `low` and `high` the ends of its interval: "share", of those
-    problems, B's; else Hodges and Lehmann's estimate of what happens on a problem
-    (`paired_effect`): "ratio", B's by A's, or "difference", B minus A, of margins and
-    where a value is not positive. `p` is McNemar's or the signed-rank test's, of the logs where
-    the effect is a ratio; `differing` counts the problems on which both differ, which alone the
-    test and the effect are about. `p_holm` is p corrected for all tests of the table.
+    Raises:
+        InputError: the runs know no such metric.
+    """
+    known = {metric.name: metric for metric in (*b.metrics, *a.metrics)}
+    ordered = [metric for metric in (*a.metrics, *b.metrics) if known.pop(metric.name, None)]
+    if names is None:
+        return tuple(metric for metric in ordered if metric.primary)
+    wanted = names.split(",")
+    for name in wanted:
+        if name not in {metric.name for metric in ordered}:
+            raise UnknownNameError("metric", name, [metric.name for metric in ordered])
+    return tuple(metric for metric in ordered if metric.name in wanted)
+
+
+def compare(pairs: Sequence[Pair], metrics: Sequence[Metric]) -> pd.DataFrame:
+    """Compares A and B of each pair: a row for success and one for each metric, with these columns.
+
+    `measure` is "success", or a metric's name, on the `n` problems that both solved. `value_a` and
+    `value_b` are success rates (of `n` problems), as fractions, or medians, in the metric's unit.
+    `only_a` and `only_b` count the problems that only one solved (of several attempts a problem:
+    that it solved more often; a metric of a problem is then its median). `effect` says what
+    `estimate` is, and `low` and `high` the ends of its interval: "share", of those problems, B's;
+    else Hodges and Lehmann's estimate of what happens on a problem (`paired_effect`): "ratio", B's
+    by A's, or "difference", B minus A, of metrics that say so and where a value is not positive.
+    `p` is McNemar's or the signed-rank test's, of the logs where the effect is a ratio; `differing`
+    counts the problems on which both differ, which alone the test and the effect are about.
+    `p_holm` is p corrected for all tests of the table.
 
     `verdict` is of B, by A: better or worse if `p_holm` is at most 1 - CONFIDENCE; "same" means
     that no difference was shown. Test and interval are two sides of one: uncorrected, the interval
     lies on one side where p is below 1 - CONFIDENCE. What does not compare has no test, and its
     `reason`.
     """
-    found = [(pair, f) for pair in pairs for f in _findings(pair)]
+    found = [(pair, f) for pair in pairs for f in _findings(pair, metrics)]
     corrected = holm([finding.p for _, finding in found])
     rows = [
         {
@@ -141,40 +144,38 @@ def compare(pairs: Sequence[Pair]) -> pd.DataFrame:
     return typed
 
 
-def _findings(pair: Pair) -> list[_Comparison]:
-    solved_a, solved_b = _solved(pair.a), _solved(pair.b)
-    both = solved_a & solved_b
-    measured = [_measured(name, pair, both) for name in MEASURES]
-    return [_success(solved_a, solved_b), *measured]
+def _findings(pair: Pair, metrics: Sequence[Metric]) -> list[_Comparison]:
+    rate_a, rate_b = pair.a.success, pair.b.success
+    both = (rate_a > 0) & (rate_b > 0)
+    measured = [_measured(metric, pair, both) for metric in metrics]
+    return [_success(rate_a, rate_b), *measured]
 
 
-def _success(a: Flags, b: Flags) -> _Comparison:
-    test = mcnemar(a, b)
+def _success(a: Array, b: Array) -> _Comparison:
+    """Of each problem's success rates; of several attempts a problem it counts for who solved it
+    more often."""
+    test = mcnemar(a > b, b > a)
     effect = discordant_share(test.only_first, test.only_second, CONFIDENCE)
-    return _Comparison(SUCCESS, len(a), (float(a.mean()), float(b.mean())), test, effect)
+    return _Comparison(SUCCESS, True, len(a), (float(a.mean()), float(b.mean())), test, effect)
 
 
-def _measured(name: str, pair: Pair, both: Flags) -> _Comparison:
-    measure = MEASURES[name]
-    a, b = (side.attempts[measure.column].to_numpy(dtype=float)[both] for side in (pair.a, pair.b))
-    told = np.isfinite(a) & np.isfinite(b)  # a scene without obstacles has no margin
-    a, b = a[told], b[told]
+def _measured(metric: Metric, pair: Pair, both: Flags) -> _Comparison:
+    result = partial(_Comparison, metric.name, metric.higher_is_better)
+    a, b = (side.values(metric.name)[both] for side in (pair.a, pair.b))
+    known = np.isfinite(a) & np.isfinite(b)  # a scene without obstacles has no margin
+    a, b = a[known], b[known]
     if len(a) == 0:
         reason = "it has no value there" if both.any() else "no problem was solved by both"
-        return _Comparison(name, 0, (math.nan, math.nan), reason=reason)
+        return result(0, (math.nan, math.nan), reason=reason)
     medians = float(np.median(a)), float(np.median(b))
-    reason = measure.obstacle(pair.a, pair.b)
+    reason = why_times_differ(pair.a.conditions, pair.b.conditions) if metric.timed else ""
     if reason:
-        return _Comparison(name, len(a), medians, reason=reason)
+        return result(len(a), medians, reason=reason)
     b = np.where(np.isclose(a, b, rtol=_ROUNDING, atol=0.0), a, b)
-    kind = measure.effect if min(a.min(), b.min()) > 0 else DIFFERENCE
+    kind = metric.effect if min(a.min(), b.min()) > 0 else DIFFERENCE
     effect = paired_effect(a, b, kind=kind, confidence=CONFIDENCE)
     test = signed_rank(np.zeros(len(a)), np.log(b / a)) if kind == RATIO else signed_rank(a, b)
-    return _Comparison(name, len(a), medians, test, effect)
-
-
-def _solved(side: Side) -> Flags:
-    return (side.attempts["outcome"] == record.Verdict.VALID.value).to_numpy(dtype=bool)
+    return result(len(a), medians, test, effect)
 
 
 def _place(pair: Pair) -> dict[str, object]:

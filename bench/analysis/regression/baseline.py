@@ -11,19 +11,29 @@ import numpy as np
 import pandas as pd
 
 import planners
-from bench.analysis import comparison
 from bench.analysis.run_results import RunResults
+from bench.judging.metric import Metric
+from bench.judging.metrics import REGISTERED
 from bench.storage.record import NOT_ATTEMPTED, Verdict, decode_path
 from envs import InputError
 from envs.errors import suggestion
 from envs.problem import Array
 
-MEASURES = {
-    "length": comparison.MEASURES["length"],
-    "margin": comparison.MEASURES["safety_margin"],
-    "time": comparison.MEASURES["time_s"],
-}
-"""What can be compared with a reference planner's, by the names of the command line."""
+_SHORT = {"safety_margin": "margin", "time_s": "time"}
+"""Names of metrics on the command line and in baselines, where they are not the metrics' own."""
+
+
+def gated_metrics() -> dict[str, Metric]:
+    """What can be compared with a reference planner's, by the names of the command line: first what
+    baselines have without being asked, times last."""
+    ordered = sorted(REGISTERED, key=lambda metric: (not metric.primary, metric.timed))
+    return {_SHORT.get(metric.name, metric.name): metric for metric in ordered}
+
+
+def always_kept() -> tuple[str, ...]:
+    """Names of `gated_metrics` that every baseline has."""
+    return tuple(name for name, metric in gated_metrics().items() if metric.primary)
+
 
 _DIGITS = 4  # of a value; both sides of a check are rounded alike
 
@@ -44,8 +54,8 @@ class Row:
         settings: how it was measured, as "key=value ...".
         problems: how many were attempted; 0 if the planner was UNSUPPORTED or SKIPPED.
         solved: verified successes among them.
-        values: by the names of `MEASURES`, (k,) positive numbers to four digits in the units of
-            `bench.storage.record.Record`, of the problems 0, 1, ...; NaN where there is none, as
+        values: by the names of `gated_metrics`, (k,) positive numbers to four digits in the
+            metrics' units, of the problems 0, 1, ...; NaN where there is none, as
             the problem was not solved.
         outcomes: of the problems 0, 1, ..., a letter each: SOLVED, STRAIGHT, FAILED or MISSING;
             empty in baselines of programs that did not keep it.
@@ -72,20 +82,23 @@ class Baseline:
     """Rows, one for each environment and planner.
 
     Attributes:
-        measures: the names of `MEASURES` that each row has values of, in their order.
+        measures: the names of `gated_metrics` that each row has values of, in their order.
     """
 
     rows: Mapping[tuple[str, str], Row]
     measures: tuple[str, ...] = ()
 
     @staticmethod
-    def of(run: RunResults, measures: Sequence[str] = tuple(MEASURES)) -> Baseline:
-        """What one folder's run comes to, with values of these `MEASURES`."""
+    def of(run: RunResults, more: Sequence[str] = ()) -> Baseline:
+        """What one folder's run comes to, with values of the primary metrics and some more; of
+        several attempts at a problem it is the first."""
         [selection] = run.selections
-        ordered = tuple(name for name in MEASURES if name in measures)
-        groups = run.records.groupby(["env", "planner"])
-        rows = (_row(attempts, selection, ordered) for _, attempts in groups)
-        return Baseline({row.key: row for row in rows}, ordered)
+        wanted = {*always_kept(), *more}
+        chosen = {name: metric for name, metric in gated_metrics().items() if name in wanted}
+        first = run.records[run.records["repeat"] == 0]
+        groups = first.groupby(["env", "planner"])
+        rows = (_row(attempts, selection, chosen) for _, attempts in groups)
+        return Baseline({row.key: row for row in rows}, tuple(chosen))
 
     @property
     def attempted(self) -> Baseline:
@@ -110,7 +123,7 @@ class Baseline:
         return {planner for _, planner in self.rows}
 
 
-def _row(attempts: pd.DataFrame, selection: dict[str, Any], measures: Sequence[str]) -> Row:
+def _row(attempts: pd.DataFrame, selection: dict[str, Any], chosen: Mapping[str, Metric]) -> Row:
     first = attempts.iloc[0]
     made = attempts[~attempts["status"].isin(NOT_ATTEMPTED)]
     solved = made[made["outcome"] == Verdict.VALID.value]
@@ -124,7 +137,8 @@ def _row(attempts: pd.DataFrame, selection: dict[str, Any], measures: Sequence[s
         problems=len(made),
         solved=len(solved),
         values={
-            name: _values(solved, MEASURES[name].column, selection["problems"]) for name in measures
+            name: _values(solved, metric.name, selection["problems"])
+            for name, metric in chosen.items()
         },
         outcomes=_outcomes(made, selection["problems"]),
     )
@@ -164,7 +178,7 @@ class CheckOptions:
 
     Attributes:
         alpha: the probability of any false alarm in a check, in (0, 1).
-        measures: names of `MEASURES` to compare.
+        measures: names of `gated_metrics` to compare.
         reference: the planner by whose they are measured, without which times do not compare; None
             compares lengths and margins themselves.
         tolerance: the fraction by which they may get worse.
@@ -194,17 +208,15 @@ class CheckOptions:
             raise InputError(f"--alpha {alpha:g}: choose a probability above 0 and below 1")
         if not 0 <= tolerance < math.inf:
             raise InputError(f"--tolerance {tolerance:g}: choose a fraction of at least 0")
-        measures = tuple(ratios.split(",")) if ratios is not None else ()
-        for name in measures:
-            if name not in MEASURES:
-                raise InputError(f"--ratios: unknown {name!r}; {suggestion(name, MEASURES)}")
-        if reference is not None and not measures:
+        chosen = _chosen(ratios.split(",")) if ratios is not None else {}
+        if reference is not None and not chosen:
             raise InputError("--reference: name with --ratios what to compare with it")
-        if "time" in measures and reference is None and not update:
-            raise InputError("--ratios time: name with --reference the planner to compare with")
-        return CheckOptions(
-            alpha, tuple(m for m in MEASURES if m in measures), reference, tolerance
-        )
+        timed = [name for name, metric in chosen.items() if metric.timed]
+        if timed and reference is None and not update:
+            raise InputError(
+                f"--ratios {timed[0]}: name with --reference the planner to compare with"
+            )
+        return CheckOptions(alpha, tuple(chosen), reference, tolerance)
 
     def of(self, held: Baseline, where: str) -> CheckOptions:
         """With the reference by its id, as in a run or a baseline, which holds what is wanted.
@@ -226,3 +238,17 @@ class CheckOptions:
         if id not in known:
             raise InputError(f"--reference: {where} has no {name!r}; {suggestion(name, known)}")
         return id
+
+
+def _chosen(names: Sequence[str]) -> dict[str, Metric]:
+    """The measures of some names, in their order; a metric's own name is as good as its short one.
+
+    Raises:
+        InputError: one is unknown.
+    """
+    known = gated_metrics()
+    wanted = {_SHORT.get(name, name) for name in names}
+    for name in names:
+        if _SHORT.get(name, name) not in known:
+            raise InputError(f"--ratios: unknown {name!r}; {suggestion(name, known)}")
+    return {name: metric for name, metric in known.items() if name in wanted}

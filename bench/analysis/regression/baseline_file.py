@@ -13,12 +13,12 @@ import numpy as np
 
 from bench.analysis.regression.baseline import (
     FAILED,
-    MEASURES,
     MISSING,
     SOLVED,
     STRAIGHT,
     Baseline,
     Row,
+    gated_metrics,
 )
 from envs import InputError
 from envs.errors import suggestion
@@ -29,7 +29,8 @@ VERSION = "1"
 
 COLUMNS = ("version", "env", "planner", "fingerprint", "seed", "settings", "problems", "solved")
 """Those that every baseline has; after them comes OUTCOMES, which older ones lack, and those of
-`MEASURES` that it was written with, with a value for each of the problems 0, 1, ..., or a dash."""
+`gated_metrics` that it was written with, with a value for each of the problems 0, 1, ..., or a
+dash."""
 
 OUTCOMES = "outcomes"
 """The column of `Row.outcomes`."""
@@ -54,7 +55,7 @@ def read(file: Path) -> Baseline:
                 f"{file}, line {number}: version {''.join(cells[:1])!r}, this program reads "
                 f"{VERSION}; delete the file and write it anew with --update"
             )
-    measures = _measures(file, header)
+    named = _measures(file, header)
     if not lines:
         raise InputError(f"{file} has no rows; {_ANEW}")
     rows: dict[tuple[str, str], Row] = {}
@@ -66,7 +67,7 @@ def read(file: Path) -> Baseline:
         except ValueError as error:
             raise InputError(f"{file}, line {number}: {error}; {_ANEW}") from error
         rows[row.key] = row
-    return Baseline(rows, measures)
+    return Baseline(rows, named)
 
 
 def write(baseline: Baseline, file: Path) -> None:
@@ -103,7 +104,7 @@ def _cells(file: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
 
 
 def _measures(file: Path, header: Sequence[str]) -> tuple[str, ...]:
-    known = (*COLUMNS, OUTCOMES, *MEASURES)
+    known = (*COLUMNS, OUTCOMES, *gated_metrics())
     for name in header:
         if name not in known:
             raise InputError(f"{file}: unknown column {name!r}; {suggestion(name, known)}")
@@ -111,7 +112,7 @@ def _measures(file: Path, header: Sequence[str]) -> tuple[str, ...]:
     if missing or len(set(header)) < len(header):
         wrong = f"without {', '.join(missing)}" if missing else "with a column twice"
         raise InputError(f"{file} is a baseline {wrong}; {_ANEW}")
-    return tuple(name for name in MEASURES if name in header)
+    return tuple(name for name in gated_metrics() if name in header)
 
 
 def _parsed(header: Sequence[str], cells: Sequence[str]) -> Row:
@@ -125,7 +126,7 @@ def _parsed(header: Sequence[str], cells: Sequence[str]) -> Row:
     problems, solved = _count("problems", told), _count("solved", told)
     if problems == 0 or solved > problems:
         raise ValueError(f"{solved} solved of {problems} problems")
-    values = {name: _values(name, told[name]) for name in MEASURES if name in told}
+    values = {name: _values(name, told[name]) for name in gated_metrics() if name in told}
     for name, numbers in values.items():
         count = int(np.isfinite(numbers).sum())
         if count > solved or len(numbers) < problems:

@@ -10,7 +10,7 @@ from statistics import geometric_mean
 
 import numpy as np
 
-from bench.analysis.regression.baseline import MEASURES, Baseline, CheckOptions, Row
+from bench.analysis.regression.baseline import Baseline, CheckOptions, Row, gated_metrics
 from bench.analysis.regression.significance import (
     SuccessTest,
     least_p,
@@ -40,7 +40,7 @@ class RegressionFinding:
     """One test of a planner in an environment.
 
     Attributes:
-        what: SUCCESS, or one of `MEASURES`: itself, or its ratio to the reference planner's.
+        what: SUCCESS, or one of `gated_metrics`: itself, or its ratio to the reference planner's.
         problems: of the baseline and of the run: the same ones, where success is paired; for
             measures, those solved in both, by the reference, too.
         before, now: success rates as fractions, or geometric means of the measure or its ratios,
@@ -224,7 +224,7 @@ def _shared(
 
 
 def _ratio(row: Row, name: str, before: Array, now: Array, tolerance: float) -> RegressionFinding:
-    more_is_better = MEASURES[name].more_is_better
+    more_is_better = gated_metrics()[name].higher_is_better
     return RegressionFinding(
         env=row.env,
         planner=row.planner,

@@ -31,6 +31,7 @@ from bench.analysis.statistics.hypotheses import (
 )
 from bench.analysis.statistics.intervals import (
     clopper_pearson_interval,
+    clustered_wilson_interval,
     difference_interval,
     median_ranks,
     wilson_band,
@@ -48,6 +49,7 @@ __all__ = [
     "censored_median",
     "changed_outcomes",
     "clopper_pearson_interval",
+    "clustered_wilson_interval",
     "difference_interval",
     "discordant_share",
     "hodges_lehmann",

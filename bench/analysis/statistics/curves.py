@@ -101,9 +101,12 @@ def improvement(
     histories: Sequence[Sequence[Sequence[float]]],
     times_s: ArrayLike,
     *,
+    problems: ArrayLike | None = None,
     confidence: float = 0.95,
 ) -> Improvement:
-    """How success and cost of a planner that improves develop, over all attempts.
+    """How success and cost of a planner that improves develop, over all attempts, or over problems
+    of which each was attempted several times: the cost of a problem is then the median of its
+    attempts', and solved is what at least half of them have solved.
 
     At each time the cost is the median over all of them, infinite where half or more are not solved
     yet, and its interval is between order statistics (`median_ranks`): no distribution is assumed,
@@ -114,13 +117,15 @@ def improvement(
         histories: of each attempt the pairs (seconds, cost) at which it got better, as in
             `cost_history`; empty if it failed. A planner that does not improve has one pair.
         times_s: (k,) seconds at which to look, ascending.
+        problems: (n,) which problem each history is of; by default another one each.
 
     Raises:
         ValueError: a history is not of pairs, or has a NaN.
     """
     times = np.asarray(times_s, dtype=float)
     costs = np.array([_best_costs(history, times) for history in histories])
-    costs = np.sort(costs.reshape(len(histories), len(times)), axis=0)
+    costs = costs.reshape(len(histories), len(times))
+    costs = np.sort(costs if problems is None else _by_problem(costs, problems), axis=0)
     solved = _shares(np.isfinite(costs).sum(axis=0), len(costs), confidence)
     ranks = median_ranks(len(costs), confidence)
     if ranks is None:
@@ -142,6 +147,14 @@ def _best_costs(history: Sequence[Sequence[float]], times: Array) -> Array:
     best = np.concatenate([[np.inf], np.minimum.accumulate(ordered[:, 1])])
     reached: Array = best[np.searchsorted(ordered[:, 0], times, side="right")]
     return reached
+
+
+def _by_problem(costs: Array, problems: ArrayLike) -> Array:
+    """The medians (m, k) of each problem's rows of costs (n, k). Where the middle is between a
+    number and infinity, it is infinite: no more than half are solved."""
+    of = np.asarray(problems)
+    medians = [np.median(costs[of == problem], axis=0) for problem in np.unique(of)]
+    return np.array(medians).reshape(-1, costs.shape[1])
 
 
 def _shares(counts: NDArray[np.intp], n: int, confidence: float) -> tuple[Array, Array, Array]:

@@ -44,6 +44,48 @@ def wilson_band(successes: ArrayLike, trials: int, confidence: float = 0.95) -> 
     return low, high
 
 
+def clustered_wilson_interval(
+    successes: ArrayLike, trials: ArrayLike, confidence: float = 0.95
+) -> tuple[float, float]:
+    """Wilson's score interval for the success rate of trials that come in clusters, as repeated
+    attempts at each of some problems do, which are more alike than attempts at others.
+
+    As many trials count as independent ones would be needed for the same variance (J. N. K. Rao
+    and A. J. Scott, "A simple method for the analysis of clustered binary data", Biometrics 1992):
+    the variance of the rate is estimated between clusters. At most all trials count, and at least
+    one of each cluster; where that variance is not known, as with a rate of 0 or 1, no more than
+    these. With one trial a cluster it is `wilson_interval`.
+
+    Args:
+        successes, trials: (m,) counts of each cluster, with at least one trial each.
+
+    Raises:
+        ValueError: the counts or the confidence make no sense.
+    """
+    won, of = np.asarray(successes, dtype=float), np.asarray(trials, dtype=float)
+    if won.shape != of.shape or won.ndim != 1 or not ((won >= 0) & (won <= of) & (of >= 1)).all():
+        raise ValueError("clusters need trials, and at most as many successes")
+    n, m = float(of.sum()), len(of)
+    if n == m:
+        return wilson_interval(int(won.sum()), m, confidence)
+    rate = float(won.sum()) / n
+    effective = float(m)
+    between = float(((won - rate * of) ** 2).sum()) / n**2 * m / max(m - 1, 1)
+    if between > 0:
+        effective = min(max(rate * (1 - rate) / between, float(m)), n)
+    return _wilson(rate, effective, confidence)
+
+
+def _wilson(rate: float, trials: float, confidence: float) -> tuple[float, float]:
+    """Of a rate of so many independent trials, which need not be a whole number."""
+    z = NormalDist().inv_cdf(0.5 + confidence / 2)
+    shrink = 1 + z * z / trials
+    centre = (rate + z * z / (2 * trials)) / shrink
+    spread = z / shrink * sqrt(rate * (1 - rate) / trials + (z / (2 * trials)) ** 2)
+    low = 0.0 if rate == 0 else max(0.0, centre - spread)
+    return low, 1.0 if rate == 1 else min(1.0, centre + spread)
+
+
 def clopper_pearson_interval(
     successes: int, trials: int, confidence: float = 0.95
 ) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from bench.report.configurations import ArmShape, along, triangles_of
 from bench.report.projection import faced, interior
 from envs import Environment
 from envs.collision.fcl_model import Allowed
-from envs.collision.shapes import PlacedShape
+from envs.grid import cells_of
 from envs.problem import Array
 from envs.scenes.arm_world import ArmWorld
 
@@ -107,7 +107,7 @@ class ArmScene:
 
     def data(self) -> dict[str, Any]:
         moving = self._env.robot.parts[: self._env.robot.moving]
-        links = [triangles_of([PlacedShape(part.placed.solid, np.eye(4))]) for part in moving]
+        links = [triangles_of([part.placed.solid]) for part in moving]
         still = [triangles_of(self._env.obstacles), self._shape.base]
         return {
             "meshes": [self._scale.mesh(triangles, _MOST_FACES) for triangles in still],
@@ -223,7 +223,7 @@ def simplified(triangles: Array, most: int) -> trimesh.Trimesh:
 def _clustered(corners: Array, faces: NDArray[np.int64], cell: float) -> trimesh.Trimesh:
     """`faces` (n, 3) between the middles of the corners (k, 3) in each cell of a grid, where they
     are still triangles."""
-    cells = np.floor((corners - corners.min(axis=0)) / cell).astype(np.int64)
+    cells = cells_of(corners, corners.min(axis=0), cell)
     _, of, counts = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
     of = of.reshape(-1)
     middles = np.stack([np.bincount(of, axis) for axis in corners.T], axis=1) / counts[:, None]

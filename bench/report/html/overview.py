@@ -13,29 +13,34 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from bench.analysis.anytime import anytime
 from bench.analysis.run_results import RunResults
-from bench.analysis.statistics import improvement, solved_by_time
+from bench.analysis.statistics import solved_by_time
+from bench.judging.metric import Metric
 from bench.report import formatting
 from bench.report.html.problem_sets import Arena
-from bench.storage.record import Verdict, cost_history
+from bench.storage.record import Verdict
 from envs.problem import Array
 
 _DIGITS = 5  # that can be told apart in a plot
 
 
-def overview_data(arena: Arena, numbers: dict[str, int]) -> dict[str, Any]:
+def overview_data(
+    arena: Arena, numbers: dict[str, int], metrics: Sequence[Metric]
+) -> dict[str, Any]:
     """An arena's `outcomes`: for each of its `problems` a list of the words of its `planners`, None
     without an attempt; and its curves, lists of objects with `planner` and what follows:
 
     - `solved`: `x` seconds, `y` the share of attempts verified by then;
     - `costs`: `x` seconds, `y` the median of the best length so far, `low` and `high` the ends of
-      its interval; None where infinite;
-    - `time`, `length`, `margin`: `values` of verified successes.
+      its interval, None where infinite; `first`, where half had a first solution, if they had;
+    - `metrics`: of each metric that has a value here its `title`, whether its axis is logarithmic
+      (`log`), and `curves`: `values` of verified successes.
 
     Args:
         numbers: the planners' among all of the page.
     """
-    table = arena.records.pivot(index="problem", columns="planner", values="outcome")
+    table = arena.first_attempts.pivot(index="problem", columns="planner", values="outcome")
     table = table.reindex(index=arena.problems, columns=arena.planners)
 
     def curves(of: Callable[[pd.DataFrame], Curve | None]) -> list[dict[str, Any]]:
@@ -51,9 +56,11 @@ def overview_data(arena: Arena, numbers: dict[str, int]) -> dict[str, Any]:
         "outcomes": table.astype(object).where(table.notna(), None).to_numpy().tolist(),
         "solved": curves(partial(solved_by, limit_s=arena.time_limit_s)),
         "costs": curves(partial(best_by, limit_s=arena.time_limit_s)),
-        "time": curves(partial(_values, column="solve_s")),
-        "length": curves(partial(_values, column="length")),
-        "margin": curves(partial(_values, column="safety_margin")),
+        "metrics": [
+            {"title": metric.heading([arena.units]), "log": metric.timed, "curves": made}
+            for metric in metrics
+            if (made := curves(partial(_values, column=metric.name)))
+        ],
     }
 
 
@@ -72,9 +79,7 @@ def _short(value: float) -> float | None:
 
 
 Curve = dict[str, Array]
-"""Numbers of equal length by what they are; see the functions."""
-
-_TIMES = 80
+"""Numbers by what they are; see the functions."""
 
 
 def solved_by(records: pd.DataFrame, limit_s: float) -> Curve:
@@ -87,36 +92,33 @@ def solved_by(records: pd.DataFrame, limit_s: float) -> Curve:
 
 
 def best_by(records: pd.DataFrame, limit_s: float) -> Curve | None:
-    """The median `y` of the best length after `x` seconds, over all attempts, with the ends `low`
-    and `high` of its interval; see `bench.analysis.statistics.improvement`. None of planners that
-    keep no history. What was no verified success in the end is infinitely long from the start."""
-    solved = records["outcome"] == Verdict.VALID.value
-    histories = [
-        cost_history(stats) if ok else np.zeros((0, 2))
-        for stats, ok in zip(records["stats"], solved, strict=True)
-    ]
-    begun = [history[0, 0] for history in histories if len(history)]
-    if not begun:
+    """The median `y` of the best length after `x` seconds, with the ends `low` and `high` of its
+    interval, and, in `first`, the place where half of the attempts had a first solution; see
+    `bench.analysis.anytime`. None of planners that keep no history."""
+    found = anytime(records, limit_s)
+    if found is None:
         return None
-    # The first solution is not lost to rounding.
-    times = np.geomspace(max(min(begun), 1e-6), limit_s, _TIMES) * (1 + 1e-9)
-    curve = improvement([history.tolist() for history in histories], times)
-    return {"x": times, "y": curve.cost, "low": curve.cost_low, "high": curve.cost_high}
+    first = np.array(found.first or ())
+    return {
+        "x": found.times_s,
+        "y": found.cost,
+        "low": found.low,
+        "high": found.high,
+        "first": first,
+    }
 
 
 _SORTED_BY = {
     "problems": "problems",
     "n": "problems",
     "success %": "success_rate",
-    "time s": "time_s_mean",
-    "length": "length_mean",
-    "safety margin": "safety_margin_mean",
+    "setup s": "setup_s",
+    "training s": "train_s",
     "offline s": "offline_s",
     formatting.BLOCKED_SUCCESS: "blocked_success_rate",
-    formatting.BLOCKED_LENGTH: "blocked_length_mean",
     **{title: f"time_s_to_{level}" for level, title in formatting.REACHED.items()},
 }
-"""Titles of columns with numbers to the summary's columns."""
+"""Titles of columns with numbers, besides those of metrics, to the summary's columns."""
 
 
 @dataclass(frozen=True)
@@ -143,17 +145,23 @@ class Table:
     rows: list[list[Cell]]
 
 
-def success_table(summary: pd.DataFrame, spread: str) -> Table:
+def success_table(run: RunResults) -> Table:
     """The main table; see `bench.report.formatting.success_rows`."""
-    return _table(formatting.success_rows(summary, spread), summary)
+    return _table(formatting.success_rows(run), run.summary, run)
 
 
-def common_table(common: pd.DataFrame) -> Table:
+def further_table(run: RunResults) -> Table:
+    """The metrics that are not in the main table; see `bench.report.formatting.further_rows`."""
+    rows = formatting.further_rows(run)
+    return _table(rows, run.summary if rows else run.summary[:0], run)
+
+
+def common_table(run: RunResults) -> Table:
     """The table of commonly solved problems; see `bench.report.formatting.common_rows`."""
-    return _table(formatting.common_rows(common), common)
+    return _table(formatting.common_rows(run), run.common, run)
 
 
-def offline_table(summary: pd.DataFrame) -> Table:
+def offline_table(run: RunResults) -> Table:
     """What was spent before any problem was known."""
     rows = [
         {
@@ -163,14 +171,13 @@ def offline_table(summary: pd.DataFrame) -> Table:
             "training s": formatting.number(row["train_s"], 2),
             "offline s": formatting.number(row["offline_s"], 2),
         }
-        for row in summary.to_dict("records")
+        for row in run.summary.to_dict("records")
     ]
-    return _table(rows, summary, {"setup s": "setup_s", "training s": "train_s", **_SORTED_BY})
+    return _table(rows, run.summary, run)
 
 
-def _table(
-    rows: Sequence[dict[str, str]], data: pd.DataFrame, sorted_by: dict[str, str] = _SORTED_BY
-) -> Table:
+def _table(rows: Sequence[dict[str, str]], data: pd.DataFrame, run: RunResults) -> Table:
+    sorted_by = {**_SORTED_BY, **formatting.metric_columns(run)}
     titles = list(rows[0]) if rows else []
     made = [
         [_cell(title, text, numbers, sorted_by) for title, text in row.items()]

@@ -19,12 +19,13 @@ from bench.report.html.geometry import TOLERANCE, compressed
 from bench.report.html.overview import (
     common_table,
     facts_of,
+    further_table,
     offline_table,
     overview_data,
     success_table,
 )
 from bench.report.html.problem_sets import arenas_of
-from bench.report.html.problems import COLUMNS, problems_data
+from bench.report.html.problems import columns, problems_data
 from bench.report.scene import colours
 
 _SCRIPTS = ("unpack.js", "tables.js", "charts.js", "scene.js", "problems.js", "report.js")
@@ -44,21 +45,23 @@ def text(run: RunResults) -> str:
     arenas = arenas_of(run)
     planners = list(dict.fromkeys(name for arena in arenas for name in arena.planners))
     numbers = {name: number for number, name in enumerate(planners)}
+    shown = columns([metric for metric in run.metrics if run.records[metric.name].notna().any()])
     data = {
         "planners": looks(planners),
-        "columns": [title for title, _ in COLUMNS.values()],
+        "columns": [title for _, title, _ in shown],
         "tolerance": TOLERANCE,
-        "arenas": [overview_data(arena, numbers) for arena in arenas],
+        "arenas": [overview_data(arena, numbers, run.metrics) for arena in arenas],
     }
     page: str = _template().render(
         run=run,
         environments=[arena.env for arena in arenas],
         data=data,
-        packages=[compressed(_json(problems_data(arena))) for arena in arenas],
+        packages=[compressed(_json(problems_data(arena, shown))) for arena in arenas],
         plotly=compressed(get_plotlyjs()),
-        success=success_table(run.summary, run.spread),
-        common=common_table(run.common),
-        offline=offline_table(run.summary),
+        success=success_table(run),
+        further=further_table(run),
+        common=common_table(run),
+        offline=offline_table(run),
         facts=facts_of(run),
         notes=formatting,
         style=_asset("report.css"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import pandas as pd
@@ -21,6 +22,7 @@ class Arena:
         seed: of the problems.
         records: the attempts.
         time_limit_s: the longest of them had.
+        units: of the environment; see `envs.Environment.units`.
     """
 
     env: str
@@ -28,11 +30,18 @@ class Arena:
     seed: int
     records: pd.DataFrame
     time_limit_s: float
+    units: Mapping[str, str]
 
     @property
     def planners(self) -> list[str]:
         """In the tables' order."""
         return [str(name) for name in self.records["planner"].unique()]
+
+    @property
+    def first_attempts(self) -> pd.DataFrame:
+        """Of several attempts at a problem the first."""
+        first: pd.DataFrame = self.records[self.records["repeat"] == 0]
+        return first
 
     @property
     def measured(self) -> pd.DataFrame:
@@ -63,6 +72,7 @@ def arenas_of(run: RunResults) -> list[Arena]:
         selection["settings_digest"]: float(selection["settings"]["time_limit_s"])
         for selection in run.selections
     }
+    units = {env["id"]: env.get("units", {}) for s in run.selections for env in s["envs"]}
     return [
         Arena(
             str(env),
@@ -70,6 +80,7 @@ def arenas_of(run: RunResults) -> list[Arena]:
             int(records["problems_seed"].iloc[0]),
             records,
             max(limits[digest] for digest in records["settings"].unique()),
+            units.get(env, {}),
         )
         for env, records in run.records.groupby("env", sort=False)
     ]

@@ -4,13 +4,13 @@ refused path first collides.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from bench.judging.metric import Metric
 from bench.report import formatting
 from bench.report.html.geometry import Scene, drawable, scene_of
 from bench.report.html.problem_sets import Arena
@@ -19,45 +19,53 @@ from envs import Environment, InputError
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 
-COLUMNS = {
-    "solve_s": ("time s", 4),
-    "length": ("length", 3),
-    "safety_margin": ("safety margin", 3),
-    "travel_time": ("travel time", 3),
-    "smoothness": ("smoothness", 3),
-    "waypoints": ("waypoints", 0),
-    "collision_checks": ("collision checks", 0),
-    "peak_memory_mb": ("memory MB", 0),
-}
-"""An attempt's numbers: columns of the record to their titles and decimals."""
+Column = tuple[str, str, int]
+"""Of an attempt's numbers: the record's column, its title, its decimals."""
+
+_MORE_DIGITS = 1  # of one attempt than of means
+
+_OF_ANY_ATTEMPT: tuple[Column, ...] = (
+    ("collision_checks", "collision checks", 0),
+    ("peak_memory_mb", "memory MB", 0),
+)
 
 
-def problems_data(arena: Arena) -> dict[str, Any]:
+def columns(metrics: Sequence[Metric]) -> list[Column]:
+    """What the pages show of each attempt: its time, also of a failure, and the metrics."""
+    others = [metric for metric in metrics if metric.name != "time_s"]
+    return [
+        ("solve_s", "time s", 4),
+        *((m.name, m.heading(), m.digits + _MORE_DIGITS if m.digits else 0) for m in others),
+        *_OF_ANY_ATTEMPT,
+    ]
+
+
+def problems_data(arena: Arena, shown: Sequence[Column]) -> dict[str, Any]:
     """What the pages of an arena's problems show.
 
     `scene` is as of `Scene.data`, None where there is no way to show it: `why` says so then.
     `problems` maps the number of each to its `start` and `goal` (3,), where they are known, and to
     its `attempts`, each with `planner` (its number among the arena's), `outcome`, `texts` (one for
-    each of `COLUMNS`), `error`, and where there is a path to show `drawn` (see `Scene.drawn`), and
+    each column), `error`, and where there is a path to show `drawn` (see `Scene.drawn`), and
     of one that collides `contact`: where first, as `drawn` and as a `share` of its length.
     """
     try:
         world = arena.world()
     except InputError as error:
-        return _Plain(arena).data(f"The scene cannot be shown: {error}")
+        return _Plain(arena, shown).data(f"The scene cannot be shown: {error}")
     scene = scene_of(world)
     if scene is None:
-        return _Plain(arena).data(
+        return _Plain(arena, shown).data(
             f"Only arms and 3-D environments can be shown, not {world.dimension}-D ones"
         )
-    return _Shown(arena, world, scene).data()
+    return _Shown(arena, shown, world, scene).data()
 
 
 class _Plain:
     """Problems of which nothing can be drawn."""
 
-    def __init__(self, arena: Arena) -> None:
-        self._arena = arena
+    def __init__(self, arena: Arena, shown: Sequence[Column]) -> None:
+        self._arena, self._columns = arena, shown
         self._numbers = {planner: number for number, planner in enumerate(arena.planners)}
 
     def data(self, why: str) -> dict[str, Any]:
@@ -66,12 +74,12 @@ class _Plain:
             "why": why,
             "problems": {
                 number: {"attempts": [self._attempt(row) for row in rows.to_dict("records")]}
-                for number, rows in self._arena.records.groupby("problem")
+                for number, rows in self._arena.first_attempts.groupby("problem")
             },
         }
 
     def _attempt(self, row: dict[Any, Any]) -> dict[str, Any]:
-        texts = [formatting.number(row[column], digits) for column, (_, digits) in COLUMNS.items()]
+        texts = [formatting.number(row[column], digits) for column, _, digits in self._columns]
         return {
             "planner": self._numbers[row["planner"]],
             "outcome": row["outcome"],
@@ -83,8 +91,10 @@ class _Plain:
 class _Shown(_Plain):
     """Problems whose paths are drawn in their world."""
 
-    def __init__(self, arena: Arena, world: Environment, scene: Scene) -> None:
-        super().__init__(arena)
+    def __init__(
+        self, arena: Arena, shown: Sequence[Column], world: Environment, scene: Scene
+    ) -> None:
+        super().__init__(arena, shown)
         self._world, self._scene = world, scene
         self._ends = self._known_ends()
 
@@ -118,7 +128,7 @@ class _Shown(_Plain):
             return attempt
         attempt["drawn"] = self._scene.drawn(path)
         if row["verdict"] == Verdict.COLLISION.value:
-            place = first_contact(self._model, path)
+            place = self._model.first_contact(path, _MOST_STEPS)
             drawn = self._scene.drawn(place.q[None])
             attempt["contact"] = {"share": place.share, "drawn": drawn}
         return attempt
@@ -129,58 +139,4 @@ class _Shown(_Plain):
 
 
 _MOST_STEPS = 50_000
-"""Beside something for miles, proofs go on in tiny steps. A picture needs no proof."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """A place on a path.
-
-    Attributes:
-        q: the configuration (d,).
-        share: of the path's length before it, from 0 to 1.
-        clearance: there, in workspace units; where negative, its size means nothing.
-    """
-
-    q: Array
-    share: float
-    clearance: float
-
-
-def first_contact(model: CollisionModel, path: Array) -> Place:
-    """The first place of a path (k, d) that is not proved free of collision: whose clearance is
-    not above the model's tolerance. Of a path without any, the closest place that was looked at.
-
-    It goes along the path by conservative advancement (see `envs.collision.continuous`), so that
-    nothing thin slips between two places, but in steps of a `_MOST_STEPS`th of the path at least.
-    """
-    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    whole = max(float(lengths.sum()), 1e-300)
-    closest = Place(path[0], 0.0, model.clearance(path[0]))
-    gone = 0.0
-    for (a, b), length in zip(pairwise(path), lengths, strict=True):
-        bound = model.robot.motion_bound(a, b)
-        t = 0.0
-        while t <= 1:
-            q = a + t * (b - a)
-            here = Place(q, (gone + t * float(length)) / whole, model.clearance(q))
-            if here.clearance <= model.tolerance:
-                return here
-            closest = min(closest, here, key=_clearance)
-            reach = max(
-                (here.clearance - model.tolerance / 2) / max(bound, 1e-300),
-                whole / _MOST_STEPS / max(float(length), 1e-300),
-            )
-            t = _next(t, reach)
-        gone += float(length)
-    return closest
-
-
-def _next(t: float, reach: float) -> float:
-    """Where to look after t: a reach (of t) farther, and at the end of the motion, too."""
-    after = t + reach
-    return 1.0 if t < 1 <= after else after
-
-
-def _clearance(place: Place) -> float:
-    return place.clearance
+"""To where a path first touches something: a picture needs no proof."""

@@ -28,7 +28,13 @@ _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 _HONOURED = ("KHR_mesh_quantization", "KHR_lights_punctual", "KHR_xmp_json_ld")
-_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "ADOBE_materials_")
+_SHADING = (
+    "KHR_materials_",
+    "KHR_texture_",
+    "EXT_texture_",
+    "MSFT_texture_",
+    "ADOBE_materials_",
+)
 """Of extensions that change what a mesh looks like, not where it is."""
 
 
@@ -41,7 +47,7 @@ def read(path: Path) -> Soup:
     """
     content, binary = _chunks(path.read_bytes())
     for name in content.get("extensionsRequired", []):
-        if name not in _HONOURED and not str(name).startswith(_LOOKS):
+        if name not in _HONOURED and not str(name).startswith(_SHADING):
             raise UnreadableError(
                 f"it requires the glTF extension {brief(name)}, which is not supported; "
                 "export it without"

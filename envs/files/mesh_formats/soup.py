@@ -44,13 +44,13 @@ class Soup:
         check_corners(self.faces, self.vertices)
 
 
-NOTHING = Soup(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+EMPTY = Soup(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
 
 
 def joined(soups: list[Soup]) -> Soup:
     """All as one."""
     if not soups:
-        return NOTHING
+        return EMPTY
     before = np.cumsum([0, *(len(s.vertices) for s in soups[:-1])])
     return Soup(
         np.concatenate([s.vertices for s in soups]),

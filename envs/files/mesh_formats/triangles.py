@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from envs.files.mesh_formats.soup import NOTHING, Soup
+from envs.files.mesh_formats.soup import EMPTY, Soup
 
 
 class _Alone(dict[str, bytes]):
@@ -21,5 +21,5 @@ def read_triangles(path: Path) -> Soup:
     """Reads what trimesh takes for triangles."""
     mesh = trimesh.load_mesh(path, resolver=_Alone(), process=False, skip_materials=True)
     if len(mesh.faces) == 0:
-        return NOTHING
+        return EMPTY
     return Soup(np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, np.int64))

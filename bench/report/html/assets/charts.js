@@ -24,6 +24,15 @@ function band({ planner: number, x, low, high }) {
   };
 }
 
+/** Where half of a planner's attempts had a first solution. */
+function firsts(curves) {
+  return curves.filter((curve) => curve.first.length).map((curve) => ({
+    x: [curve.first[0]], y: [curve.first[1]], name: plain(planner(curve).name), mode: "markers",
+    marker: { symbol: "circle", size: 9, color: colourOf(planner(curve)) }, showlegend: false,
+    hovertemplate: "first solution by %{x:.3~g} s",
+  }));
+}
+
 function spreads(curves) {
   return curves.map((curve) => ({
     type: "box", x: curve.values, name: plain(planner(curve).name), orientation: "h",
@@ -47,27 +56,20 @@ const CHARTS = {
     { xaxis: seconds(arena.solved, "x"), yaxis: { title: { text: "share solved" }, range: [-0.02, 1.02], tickformat: ".0%" } },
   ],
   costs: (arena) => [
-    [...arena.costs.map(band), ...lines(arena.costs, { hovertemplate: "%{y:.4~g} by %{x:.3~g} s" })],
+    [...arena.costs.map(band), ...lines(arena.costs, { hovertemplate: "%{y:.4~g} by %{x:.3~g} s" }), ...firsts(arena.costs)],
     { xaxis: seconds(arena.costs, "x"), yaxis: { title: { text: "path length" } } },
   ],
-  time: (arena) => [
-    spreads(arena.time),
-    { xaxis: seconds(arena.time, "values"), yaxis: SIDEWAYS, showlegend: false },
-  ],
-  length: (arena) => [
-    spreads(arena.length),
-    { xaxis: { title: { text: "path length" } }, yaxis: SIDEWAYS, showlegend: false },
-  ],
-  margin: (arena) => [
-    spreads(arena.margin),
-    { xaxis: { title: { text: "safety margin" } }, yaxis: SIDEWAYS, showlegend: false },
-  ],
+  metric: (arena, place) => {
+    const { title, log, curves } = arena.metrics[place.dataset.metric];
+    const axis = log ? seconds(curves, "values") : { title: { text: title } };
+    return [spreads(curves), { xaxis: axis, yaxis: SIDEWAYS, showlegend: false }];
+  },
 };
 
 async function drawChart(place) {
   const Plotly = await plotly();
   const arena = report.arenas[place.closest("[data-arena]").dataset.arena];
-  const [traces, layout] = CHARTS[place.dataset.chart](arena);
+  const [traces, layout] = CHARTS[place.dataset.chart](arena, place);
   const axis = { gridcolor: "#888", zeroline: false, showline: false };
   await Plotly.react(place, traces, {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", autosize: true,

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from envs import InputError
-from envs.collision.shapes import Box, Cylinder, Mesh, Solid, Sphere, triangulated
-from envs.collision.sphere_approximation import Spheres, bounding_sphere, cover
+from envs.collision.shapes import Box, Cylinder, Mesh, Solid, Sphere, Spheres
 from envs.problem import Array
 
 SLACK = 0.005
@@ -22,7 +21,7 @@ def points_of(solid: Solid, n: int = 2000) -> Array:
     """Points (n, 3) of a solid's surface and, but of meshes, of its inside; corners as well."""
     rng = np.random.default_rng(0)
     if isinstance(solid, Mesh):
-        found, _ = trimesh.sample.sample_surface(triangulated(solid), n, seed=0)
+        found, _ = trimesh.sample.sample_surface(solid.triangulate(), n, seed=0)
         return np.concatenate([found, solid.vertices])
     share = np.where(rng.random(n) < 0.7, 1, rng.random(n))[:, None]  # 1 on the surface
     if isinstance(solid, Box):
@@ -51,11 +50,11 @@ def outside(spheres: Spheres, points: Array) -> Array:
 
 
 def assert_held(solid: Solid, slack: float = SLACK) -> Spheres:
-    spheres, points = cover(solid, slack), points_of(solid)
+    spheres, points = solid.sphere_cover(slack), points_of(solid)
     assert spheres.centers.shape == (len(spheres.radii), 3)
     for block in np.array_split(points, 8):
         assert outside(spheres, block).max() <= 1e-9
-    center, radius = bounding_sphere(solid)
+    center, radius = solid.bounding_sphere()
     assert np.linalg.norm(points - center, axis=1).max() <= radius + 1e-9
     return spheres
 
@@ -64,7 +63,7 @@ def test_a_sphere_covers_itself() -> None:
     spheres = assert_held(Sphere(0.3))
     assert (spheres.centers == 0).all()
     assert spheres.radii.tolist() == [0.3]
-    assert bounding_sphere(Sphere(0.3))[1] == 0.3
+    assert Sphere(0.3).bounding_sphere()[1] == 0.3
 
 
 @given(SIZE, SIZE)
@@ -80,7 +79,7 @@ def test_cylinders_are_covered_and_their_sides_kept_to_the_slack(
 
 
 def test_a_tighter_cover_of_a_cylinder_has_more_spheres() -> None:
-    counts = [len(cover(Cylinder(0.05, 1.0), slack).radii) for slack in (0.02, 0.005, 0.001)]
+    counts = [len(Cylinder(0.05, 1.0).sphere_cover(slack).radii) for slack in (0.02, 0.005, 0.001)]
     assert counts == sorted(set(counts))
 
 
@@ -97,7 +96,7 @@ def test_boxes_are_covered(
 def test_spheres_reach_out_of_the_largest_sides_of_a_box_by_little(
     sides: tuple[float, float, float],
 ) -> None:
-    spheres = cover(Box(np.zeros(3), np.array(sides)), SLACK)
+    spheres = Box(np.zeros(3), np.array(sides)).sphere_cover(SLACK)
     thin = int(np.argmin(sides))
     out = (np.abs(spheres.centers[:, thin]) + spheres.radii).max() - sides[thin] / 2
     assert out <= max(SLACK, sides[thin] / 8) + 1e-9
@@ -128,7 +127,7 @@ def test_large_triangles_fine_ones_and_open_surfaces_are_covered() -> None:
 
 def test_vertices_that_no_face_names_do_not_matter() -> None:
     vertices = np.array([[0.0, 0, 0], [0.2, 0, 0], [0, 0.2, 0], [0.5, 0.5, 0.5]])
-    spheres = cover(Mesh(vertices, np.array([[0, 1, 2]])), SLACK)
+    spheres = Mesh(vertices, np.array([[0, 1, 2]])).sphere_cover(SLACK)
     assert outside(spheres, vertices[:3]).max() <= 1e-9
     assert outside(spheres, vertices[3:])[0] > 0.3
 
@@ -138,4 +137,4 @@ def test_vertices_that_no_face_names_do_not_matter() -> None:
 )
 def test_what_would_take_too_many_is_refused(solid: Solid) -> None:
     with pytest.raises(InputError, match=r"would take .* is its size in metres\?"):
-        cover(solid, SLACK)
+        solid.sphere_cover(SLACK)

@@ -1,0 +1,112 @@
+"""Verdict and metrics of attempts: of one that was just made, and of stored ones that lack some."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+import pandas as pd
+
+from bench.execution.worker_process import Attempt
+from bench.judging.judge import Judge, Judgement
+from bench.judging.metric import Metric, SolvedAttempt, measure
+from bench.judging.metrics import REGISTERED
+from bench.storage.record import (
+    KEY,
+    OF_ANY_PATH,
+    Verdict,
+    cost_history,
+    decode_path,
+    known_metrics,
+)
+from bench.storage.store import Store
+from envs import Environment, Path, Problem
+
+logger = logging.getLogger(__name__)
+
+_SOME = 1000
+"""Rows after which what was computed is stored, and a word is said."""
+
+
+def judged(judge: Judge, problem: Problem, attempt: Attempt) -> Judgement | None:
+    """What the judge finds of an attempt, with the metrics of a valid path; None if it claims
+    none."""
+    if not attempt.claims:
+        return None
+    return judged_path(judge, problem, attempt.path, attempt.solve_s, attempt.cpu_s, attempt.stats)
+
+
+def judged_path(
+    judge: Judge,
+    problem: Problem,
+    path: Any,
+    solve_s: float | None = None,
+    cpu_s: float | None = None,
+    stats: Mapping[str, Any] = MappingProxyType({}),
+) -> Judgement:
+    """What the judge finds of a path, as whatever was claimed, with its metrics if it is valid."""
+    found = judge(problem, path)
+    if found.verdict is not Verdict.VALID or found.safety_margin is None:
+        return found
+    history = cost_history(json.dumps(dict(stats)))
+    facts = SolvedAttempt(solve_s, cpu_s, found.safety_margin, history, stats)
+    waypoints = Path(path).waypoints
+    return replace(found, metrics=measure(REGISTERED, judge.env, problem, waypoints, facts))
+
+
+def stored_metrics(judgement: Judgement | None) -> str:
+    """A record's `metrics`: of a valid path all, of another what means something of it, too."""
+    if judgement is None:
+        return "{}"
+    known = {name: getattr(judgement, name) for name in OF_ANY_PATH}
+    rest = {name: value for name, value in known.items() if value is not None}
+    return json.dumps(dict(judgement.metrics) or rest)
+
+
+def add_missing_metrics(
+    store: Store, held: pd.DataFrame, env: Environment, problems: Mapping[int, Problem]
+) -> None:
+    """Computes what stored solutions have no value of, since they were made before there was the
+    metric, from their paths as they were judged.
+
+    Args:
+        held: rows of the store, in this environment.
+        problems: by index; rows of others stay as they are.
+
+    Raises:
+        InputError: the store cannot be written to.
+    """
+    valid = held[(held["verdict"] == Verdict.VALID.value) & held["problem"].isin(list(problems))]
+    rows = [(row, missing) for row in valid.to_dict("records") if (missing := _missing(row))]
+    for begin in range(0, len(rows), _SOME):
+        store.add_metrics(list(_completed(rows[begin : begin + _SOME], env, problems)))
+        if len(rows) > _SOME:
+            done = min(begin + _SOME, len(rows))
+            logger.info("metrics that older rows lack: %d of %d", done, len(rows))
+
+
+def _missing(row: Mapping[Any, Any]) -> list[Metric]:
+    return [metric for metric in REGISTERED if metric.name not in known_metrics(row["metrics"])]
+
+
+def _completed(
+    rows: list[tuple[dict[Any, Any], list[Metric]]],
+    env: Environment,
+    problems: Mapping[int, Problem],
+) -> Iterator[tuple[list[Any], str]]:
+    """Keys of rows, and their metrics with what they lacked."""
+    for row, missing in rows:
+        facts = SolvedAttempt(
+            row["solve_s"],
+            row["cpu_s"],
+            row["safety_margin"],
+            cost_history(row["stats"]),
+            json.loads(row["stats"]),
+        )
+        path = decode_path(row["path"])
+        found = measure(missing, env, problems[row["problem"]], path, facts)
+        yield [row[name] for name in KEY], json.dumps(known_metrics(row["metrics"]) | found)

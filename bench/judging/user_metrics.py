@@ -1,0 +1,73 @@
+"""Metrics that users add: of installed packages, by entry points, and of files nobody installed.
+
+They are computed where paths are judged, so their modules are imported there; a command that has
+begun looks afterwards whether they have changed this program (`bench.execution.launch`).
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+
+from bench.judging import METRIC_GROUP, metrics
+from bench.judging.metric import Metric
+from bench.storage.record import COLUMNS
+from envs import InputError
+from envs.errors import reason
+from envs.registry.spec import is_file, module_of
+
+logger = logging.getLogger(__name__)
+
+
+@contextmanager
+def registered(files: Sequence[Path]) -> Iterator[None]:
+    """The metrics of packages and of some files, as long as the context lasts.
+
+    Raises:
+        InputError: a file cannot be read or run, or has no metric, or a name is taken.
+    """
+    added = [metric for file in files for metric in metrics_of_file(file)]
+    with metrics.registered([*_of_packages(), *added], COLUMNS):
+        yield
+
+
+def metrics_of_file(file: Path) -> list[Metric]:
+    """The metrics that a file of Python defines in variables, in its order.
+
+    Raises:
+        InputError: it cannot be read or run, or defines none.
+    """
+    if not is_file(file.name):
+        raise InputError(f"{file} is no file of Python, whose name ends in .py")
+    try:
+        module = module_of(str(file.resolve()))
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise InputError(f"{file} cannot be loaded: {reason(error)}") from error
+    found = [value for value in vars(module).values() if isinstance(value, Metric)]
+    made = [metric for metric in dict.fromkeys(found) if not metric.origin]
+    if not made:
+        raise InputError(f"{file} defines no bench.Metric; give one a name, as in METRIC = Metric(")
+    return [replace(metric, origin=str(file)) for metric in made]
+
+
+def _of_packages() -> list[Metric]:
+    """A broken one is named in a warning."""
+    found = (_announced(point) for point in entry_points(group=METRIC_GROUP))
+    return [metric for metric in found if metric is not None]
+
+
+def _announced(point: EntryPoint) -> Metric | None:
+    try:
+        metric = point.load()
+        if not isinstance(metric, Metric):
+            raise TypeError(f"{point.value} is a {type(metric).__name__}, not a Metric")
+    except (Exception, SystemExit) as error:  # noqa: BLE001  may fail in any way
+        logger.warning("metric plug-in %r is skipped: %s", point.name, reason(error))
+        return None
+    return replace(metric, origin=point.dist.name if point.dist else point.value)

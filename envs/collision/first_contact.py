@@ -1,0 +1,77 @@
+"""Where along a path a robot first touches something."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from envs.problem import Array
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place on a path.
+
+    Attributes:
+        q: the configuration (d,).
+        share: of the path's length before it, from 0 to 1.
+        clearance: there, in workspace units; where negative, its size means nothing.
+    """
+
+    q: Array
+    share: float
+    clearance: float
+
+
+def first_contact(
+    clearance: Callable[[Array], float],
+    waypoints: Array,
+    bounds: Iterable[float],
+    tolerance: float,
+    most_steps: int,
+) -> Place:
+    """The first place of a path of waypoints (k, d) that is not proved free of collision: whose
+    clearance is not above the tolerance. Of a path without any, the closest place that was asked.
+
+    It goes along the path by conservative advancement (see `envs.collision.continuous`), so that
+    nothing thin slips between two places, but in steps of a `most_steps`th of the path at least:
+    beside something for miles, proofs go on in tiny steps.
+
+    Args:
+        clearance: (d,) -> signed distance to the obstacles, in workspace units.
+        bounds: k - 1 bounds on the speed of any point of the robot, one a segment, in workspace
+            units per unit of t.
+        tolerance: in workspace units.
+    """
+    lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
+    whole = max(float(lengths.sum()), 1e-300)
+    closest = Place(waypoints[0], 0.0, clearance(waypoints[0]))
+    gone = 0.0
+    for (a, b), length, bound in zip(pairwise(waypoints), lengths, bounds, strict=True):
+        t = 0.0
+        while t <= 1:
+            q = a + t * (b - a)
+            here = Place(q, (gone + t * float(length)) / whole, clearance(q))
+            if here.clearance <= tolerance:
+                return here
+            closest = min(closest, here, key=_clearance)
+            reach = max(
+                (here.clearance - tolerance / 2) / max(bound, 1e-300),
+                whole / most_steps / max(float(length), 1e-300),
+            )
+            t = _next(t, reach)
+        gone += float(length)
+    return closest
+
+
+def _next(t: float, reach: float) -> float:
+    """Where to ask after t: a reach (of t) farther, and at the end of the motion, too."""
+    after = t + reach
+    return 1.0 if t < 1 <= after else after
+
+
+def _clearance(place: Place) -> float:
+    return place.clearance

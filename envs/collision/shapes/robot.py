@@ -1,0 +1,71 @@
+"""What collision checking asks of a robot."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from envs.collision.shapes.solid import Solid
+from envs.problem import Array
+
+Pose = tuple[Array | None, Array]
+"""A rotation (3, 3), or None for none, and a translation (3,), in the workspace frame."""
+
+
+class Robot(Protocol):
+    """The contract of a robot: rigid shapes that a configuration places. What collision checking
+    asks; `envs.robots` has a ball that translates and serial arms.
+
+    The bounds on motion are what certified checks rest on: they may be too large, which costs
+    time, and must never be too small.
+
+    Example:
+        >>> import numpy as np
+        >>> from envs.robots.point import PointRobot
+        >>> robot = PointRobot(radius=0.5)
+        >>> [(rotation, position)] = robot.poses(np.array([1.0, 2.0, 3.0]))
+        >>> position.tolist()
+        [1.0, 2.0, 3.0]
+        >>> robot.motion_bound(np.zeros(3), np.array([3.0, 4.0, 0.0]))
+        5.0
+    """
+
+    @property
+    def shapes(self) -> tuple[Solid, ...]:
+        """Its rigid bodies (`Solid`: box, ball, cylinder, mesh), each in its own frame, in
+        workspace units; those that move come first."""
+
+    @property
+    def moving(self) -> int:
+        """How many of them move. Only these are checked against obstacles."""
+
+    @property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        """Which shapes, by their numbers, must not touch each other. The first of two moves, and
+        it is the one that moves as seen from the other."""
+
+    @property
+    def rate_bound(self) -> float:
+        """An upper bound, over all configurations, on the workspace distance that any point of
+        the robot travels per unit of (Euclidean) distance in configuration space."""
+
+    def poses(self, q: Array) -> tuple[Pose, ...]:
+        """The placement of every shape.
+
+        Args:
+            q: a configuration, float64 (d,).
+
+        Returns:
+            For each shape a rotation (3, 3), or None for none, and a translation (3,), from the
+            shape's frame to the workspace.
+        """
+
+    def motion_bound(self, a: Array, b: Array) -> float:
+        """An upper bound on the workspace distance that any point of the robot travels per unit
+        of t while the configuration moves as a + t (b - a), t in [0, 1].
+
+        Args:
+            a, b: configurations, float64 (d,).
+
+        Returns:
+            The bound (float), in workspace units.
+        """
