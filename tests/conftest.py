@@ -7,8 +7,11 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-import faulty_planners
+import compile_ahead
+import imported_modules
 import pandas as pd
+import planners_that_fail
+import platformdirs
 import psutil
 import pytest
 
@@ -17,20 +20,81 @@ import planners
 from bench import cli
 from bench.analysis.run_results import RunResults
 from envs import Environment
+from envs.free_space import GridComponents
+from envs.scenes.point_world import PointWorld
 from planners.learning import resumable_map
+
+IMPORTED: pytest.StashKey[set[str]] = pytest.StashKey()
+"""By all processes of a run."""
+
+MISSED: pytest.StashKey[list[str]] = pytest.StashKey()
+"""Modules that none of them has imported."""
 
 Cli = Callable[..., tuple[int, str, str]]
 Refused = Callable[..., str]
 
 
 def pytest_configure() -> None:
-    """Tests run side by side, one on a core: threads that spin while they wait for another's core
-    would take minutes. Set before anything that has threads is imported."""
+    # Tests run side by side, one on a core: threads that spin while they wait for another's core
+    # would take minutes. Set before anything that has threads is imported.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    # For all that tests start, also where they choose another folder for the user's cache.
+    kept = platformdirs.user_cache_path("plannerbench") / "compiled"
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(kept))
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Before a run of all tests on several cores, whose processes begin after this."""
+    config = session.config
+    if is_whole(config) and config.getoption("numprocesses", None):
+        compile_ahead.compile_all(
+            compile_ahead.ALL if asks_for_slow(config) else compile_ahead.QUICK
+        )
+
+
+def is_whole(config: pytest.Config) -> bool:
+    """Whether nobody has chosen some of the tests, but by their marks."""
+    from_settings = config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    return from_settings and not config.option.keyword and not config.getoption("lf", False)
+
+
+def asks_for_slow(config: pytest.Config) -> bool:
+    return "not" not in config.option.markexpr
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fast tests import every module, or the run has failed."""
+    config = session.config
+    if hasattr(config, "workeroutput"):  # a process of a run on several cores
+        config.workeroutput["imported"] = sorted(imported_modules.imported())
+        return
+    config.stash.setdefault(IMPORTED, set()).update(imported_modules.imported())
+    if is_whole(config) and not asks_for_slow(config) and session.exitstatus == pytest.ExitCode.OK:
+        config.stash[MISSED] = imported_modules.never(config.stash[IMPORTED])
+        if config.stash[MISSED]:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    told = getattr(node, "workeroutput", {}).get("imported", ())
+    node.config.stash.setdefault(IMPORTED, set()).update(told)
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    for name in config.stash.get(MISSED, ()):
+        terminalreporter.write_line(f"FAILED no fast test imports {name}")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    items.sort(key=lambda item: item.get_closest_marker("minutes") is None)
+    """The longest first."""
+    items.sort(key=minutes_of, reverse=True)
+
+
+def minutes_of(item: pytest.Item) -> float:
+    """What its file takes, if its mark says so."""
+    marks = [mark for name in ("slow", "training") for mark in item.iter_markers(name)]
+    return max((mark.kwargs.get("minutes", 0.0) for mark in marks), default=0.0)
 
 
 def has_data(name: str) -> bool:
@@ -42,6 +106,26 @@ def has_data(name: str) -> bool:
 def records_of(folder: Path) -> pd.DataFrame:
     """What a folder's latest run is about, a row an attempt."""
     return RunResults.read(folder).records
+
+
+@pytest.fixture(scope="session", autouse=True)
+def free_space_is_explored_once() -> Iterator[None]:
+    """What proves problems solvable is computed once for each world in a process, however often
+    the world is made: it takes longer than the rest of a short run."""
+    explored: dict[tuple[type, str], GridComponents] = {}
+    explore = vars(PointWorld)["_components"].func
+
+    def components(world: PointWorld) -> GridComponents:
+        key = type(world), world.fingerprint
+        if key not in explored:
+            explored[key] = explore(world)
+            while len(explored) > 4:  # 8 MB each
+                del explored[next(iter(explored))]
+        return explored[key]
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(PointWorld, "_components", property(components))
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -92,10 +176,10 @@ def refused(bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refu
 @pytest.fixture
 def faulty() -> Iterator[list[str]]:
     """The names of planners written to misbehave, registered for the length of a test."""
-    for spec in faulty_planners.SPECS:
+    for spec in planners_that_fail.SPECS:
         planners.REGISTRY.register(spec)
-    yield [spec.id for spec in faulty_planners.SPECS]
-    for spec in faulty_planners.SPECS:
+    yield [spec.id for spec in planners_that_fail.SPECS]
+    for spec in planners_that_fail.SPECS:
         planners.REGISTRY.unregister(spec.id)
 
 

@@ -28,6 +28,11 @@ CASES = {
 }
 """How many inputs each parser is given."""
 
+SHARE = 1.0
+"""Of these, what is tried, but never fewer than `FEWEST`; a fixture of tests/fuzz sets it."""
+
+FEWEST = 60
+
 UNLIKELY = 0.1
 """The share of them that are any text or bytes at all."""
 
@@ -52,7 +57,7 @@ def fuzzed(
     parse: Callable[[Input], T],
     check: Callable[[T], None],
 ) -> None:
-    """Gives a parser as many inputs as `CASES` says, and has `check` look at what it accepts.
+    """Gives a parser as many inputs as `CASES` and `SHARE` say; `check` looks at what it accepts.
 
     Args:
         inputs: likely ones, and unlikely ones, if any, which are `UNLIKELY` of all.
@@ -70,8 +75,9 @@ def fuzzed(
                 check(made[0])
                 accepted += 1
 
-    unlikely = int(UNLIKELY * CASES[name]) if len(inputs) > 1 else 0
-    for count, source in zip((CASES[name] - unlikely, unlikely), inputs, strict=False):
+    cases = max(FEWEST, int(SHARE * CASES[name]))
+    unlikely = int(UNLIKELY * cases) if len(inputs) > 1 else 0
+    for count, source in zip((cases - unlikely, unlikely), inputs, strict=False):
         settings(
             max_examples=count,
             derandomize=True,
@@ -79,7 +85,7 @@ def fuzzed(
             phases=(Phase.generate,),
             suppress_health_check=list(HealthCheck),
         )(given(source)(one))()
-    assert ran >= CASES[name]
+    assert ran >= cases
     assert len(tried) >= DISTINCT * ran, f"only {len(tried)} of {ran} were distinct"
     assert _BOTH * ran <= accepted <= (1 - _BOTH) * ran, f"{accepted} of {ran} were accepted"
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 import plugins
+import pytest
 from conftest import Cli
 from documents import block_after
 
@@ -18,6 +19,7 @@ else:
     import tomli as tomllib
 
 
+@pytest.mark.slow
 def test_the_planner_is_short_passes_its_checks_and_solves_problems(
     bench: Cli, tmp_path: Path
 ) -> None:
@@ -40,6 +42,7 @@ def test_the_planner_is_short_passes_its_checks_and_solves_problems(
     assert code == 0, out + err
 
 
+@pytest.mark.slow
 def test_the_environment_is_found_and_planned_in_once_it_is_installed(tmp_path: Path) -> None:
     announced = tomllib.loads(block_after("entry points"))["project"]["entry-points"]
     points = {

@@ -30,6 +30,7 @@ import planners
 from bench.cli import app
 
 
+@pytest.mark.slow
 def test_the_python_text_runs_as_written(tmp_path: Path) -> None:
     said = []
     for text in blocks("python"):

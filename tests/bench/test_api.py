@@ -113,6 +113,7 @@ def test_mistakes_are_input_errors(run: bench.Run, tmp_path: Path) -> None:
         run.plot_success("arm4")
 
 
+@pytest.mark.slow
 def test_planners_of_files_are_there_for_one_call(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(plugins.PLANNER)

@@ -50,6 +50,7 @@ def test_interruptions_and_full_disks_do_not_count(error: BaseException, tmp_pat
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_behind_it(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -135,6 +135,7 @@ def test_outcomes_that_do_not_fit_are_refused(letters: str, said: str, tmp_path:
     assert read(file).rows["c3d", "fmm"].outcomes == "SLF"
 
 
+@pytest.mark.slow
 @settings(max_examples=500, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.one_of(

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 
-import faulty_planners
+import planners_that_fail
 import pytest
 from conftest import Cli
 
@@ -16,7 +16,7 @@ from envs import Spec
 GOOD = dataclasses.replace(
     planners.REGISTRY.entry("rrtconnect").spec, id="changing", aliases=(), groups=()
 )
-WEAK = faulty_planners.spec(faulty_planners.Straight, "changing")
+WEAK = planners_that_fail.spec(planners_that_fail.Straight, "changing")
 
 
 def use(spec: Spec) -> None:
@@ -32,6 +32,7 @@ def changing() -> Iterator[None]:
     planners.REGISTRY.unregister(GOOD.id)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("changing")
 def test_a_weakened_planner_fails_and_the_same_again_does_not(bench: Cli, tmp_path: Path) -> None:
     baseline = tmp_path / "baseline.csv"

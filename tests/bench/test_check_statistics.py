@@ -57,12 +57,14 @@ def reruns(wanted: CheckOptions, problems: int, seed: int) -> list[Check]:
     return [check(drawn(rng, world), drawn(rng, world), wanted) for _ in range(RERUNS)]
 
 
+@pytest.mark.slow
 def test_noise_alarms_no_more_often_than_alpha() -> None:
     found = reruns(WANTED, 25, seed=1)
     assert min(len(each.findings) for each in found) >= 4 + 6, "success and ratios"
     assert sum(bool(each.regressions) for each in found) <= ALLOWED
 
 
+@pytest.mark.slow
 def test_noise_in_ratios_of_one_factor_within_the_tolerance_alarms_at_alpha() -> None:
     """Heavy tails, problems of very different kinds, and the worst factor that is allowed: here
     the test's error is all of alpha, neither more nor much less."""
@@ -134,6 +136,7 @@ def test_5_points_less_are_noticed_at_60_problems_where_paths_are_as_they_were()
     assert "5 % of what was solved is lost is noticed with probability 0.81" in told
 
 
+@pytest.mark.slow
 def test_the_power_that_is_told_is_that_of_paths_drawn_anew() -> None:
     rng = np.random.default_rng(13)
     world = hardness(rng, 60)

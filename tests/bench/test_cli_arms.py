@@ -52,6 +52,7 @@ def of_meshes(folder: Path) -> str:
     return f"arm:urdf={folder / 'arm.urdf'},scene={folder / 'scene.yaml'}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", [readmes, of_meshes])
 def test_users_arms_are_run_judged_and_drawn(
     world: Callable[[Path], str], bench: Cli, tmp_path: Path
@@ -72,6 +73,7 @@ def test_users_arms_are_run_judged_and_drawn(
     assert (tmp_path / "paths.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_what_a_mesh_hits_is_no_path(tmp_path: Path) -> None:
     """Between two free places on either side of the ring the fore arm goes through its rim."""
     env = envs.make(of_meshes(tmp_path))

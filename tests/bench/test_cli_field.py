@@ -42,6 +42,7 @@ def test_it_draws_a_column_a_planner_and_prints_the_errors(bench: Cli, tmp_path:
     assert found["ntfields"][1] < 0.10
 
 
+@pytest.mark.slow
 def test_fast_marching_is_the_reference_even_if_it_is_not_drawn(bench: Cli, tmp_path: Path) -> None:
     source = ("--source=-9,-9,5",)
     chosen = ("field", "--env", "c3d", "--planners", "ntfields", "--out", tmp_path / "f.png")
@@ -109,6 +110,7 @@ def test_a_source_in_an_obstacle_is_refused(bench: Cli, tmp_path: Path, c3d: Env
     assert "is in collision" in err
 
 
+@pytest.mark.slow
 def test_a_file_that_is_no_image_is_refused(bench: Cli, tmp_path: Path) -> None:
     file = tmp_path / "f.xyz"
     code, _, err = bench("field", "--env", "c3d", "--planners", "fmm", "--out", file)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from conftest import Cli, records_of
 from matplotlib.image import imread
 
 from envs.errors import tell_once
+
+pytestmark = pytest.mark.slow(minutes=1)
 
 
 def test_a_house_is_called_generated_and_drawn_cut_open(bench: Cli, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from conftest import Cli, records_of
 from bench.analysis.run_results import RunResults
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_keeps_what_was_done_and_goes_on(
     number: int, tmp_path: Path, bench: Cli

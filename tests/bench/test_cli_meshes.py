@@ -39,6 +39,7 @@ def test_too_many_faces(tmp_path: Path, refused: Refused, monkeypatch: pytest.Mo
     assert "has 1280 faces, more than 100: simplify it" in refused(*run(file))
 
 
+@pytest.mark.slow
 def test_degenerate_faces_are_dropped_and_the_kind_is_said(bench: Cli, tmp_path: Path) -> None:
     ball = trimesh.creation.icosphere(subdivisions=2)
     faces = np.concatenate([ball.faces, [[0, 0, 1], [5, 5, 5]]])

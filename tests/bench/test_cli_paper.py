@@ -12,6 +12,8 @@ from matplotlib.image import imread
 from bench.paper import runner
 from bench.report import field
 
+pytestmark = pytest.mark.slow
+
 FILES = {
     "table.toml": """
 kind = "comparison"

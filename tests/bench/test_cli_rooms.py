@@ -17,7 +17,7 @@ from planners.fields.objectives import Regression
 from planners.learning import trainer, weight_files
 from planners.learning.training_loop import Recipe, TrainingState
 
-pytestmark = pytest.mark.minutes
+pytestmark = pytest.mark.training(minutes=3)
 
 
 @pytest.fixture

@@ -152,6 +152,7 @@ def test_show_draws_the_scene_and_the_paths(finished: Path, bench: Cli, tmp_path
     assert "no path" in err
 
 
+@pytest.mark.slow
 def test_more_problems_only_add_to_what_is_there(
     bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -181,6 +182,7 @@ def test_more_problems_only_add_to_what_is_there(
     assert asked() == [0, 1], "another time limit is another measurement"
 
 
+@pytest.mark.slow
 def test_two_at_a_time_give_the_same_problems_and_verdicts(bench: Cli, tmp_path: Path) -> None:
     run = ("run", "--env", "c3d,c3d:scene=1", "--planners", "rrtconnect,bitstar", "--problems", 11)
     tables = []

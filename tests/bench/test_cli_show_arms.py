@@ -36,6 +36,7 @@ def has_hue_of(file: Path, red: float, green: float, blue: float) -> bool:
     return bool((np.abs(pixels - [red, green, blue]).max(axis=2) < 0.01).any())
 
 
+@pytest.mark.slow
 def test_arms_are_drawn_along_the_paths(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
     run = tmp_path / "run"
     code, _, err = bench(

@@ -12,6 +12,7 @@ from conftest import Cli, records_of
 from bench.execution.config import make_run_config
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rule", "costs"),
     [("first", {np.inf}), ("limit", {0.0}), ("match:raises", {0.0})],
@@ -33,6 +34,7 @@ def test_stop_rules_reach_the_planner(
     assert {float(line.split()[1]) for line in asked} == costs
 
 
+@pytest.mark.slow
 def test_matching_uses_the_judged_length(
     bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -52,6 +54,7 @@ def test_matching_uses_the_judged_length(
         assert float(cost) == pytest.approx(wanted)
 
 
+@pytest.mark.slow
 def test_a_reference_that_fails_when_measured_anew_sets_no_length(
     bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -78,6 +81,7 @@ def test_a_reference_that_fails_when_measured_anew_sets_no_length(
     assert costs == [0.0, 0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_a_reference_that_nobody_needs_is_not_run(bench: Cli, tmp_path: Path) -> None:
     run = ("run", "--env", "c3d", "--problems", 1, "--out", tmp_path, "--planners")
     assert bench(*run, "ntfields")[0] == 0

@@ -148,6 +148,7 @@ def test_rounding_is_no_difference() -> None:
     assert (found["estimate"], found["low"], found["high"]) == (1, 1, 1)
 
 
+@pytest.mark.slow
 def test_shorter_by_5_percent_is_shown_as_often_as_signed_ranks_show_it() -> None:
     """60 problems of very different lengths, noise of 10 %: signed ranks alone show it in 89 %."""
     rng = np.random.default_rng(8)

@@ -62,6 +62,7 @@ def test_a_reference_runs_where_somebody_may_improve(chosen: str) -> None:
     assert [p.id for p in config(planner=chosen).planners] == ["fmm", *chosen.split(",")]
 
 
+@pytest.mark.slow
 def test_the_device_is_a_setting(
     bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -105,6 +106,7 @@ def test_a_planner_keeps_the_device_that_it_was_given() -> None:
     assert made("mpnet", "cuda") == {"device": "cuda"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("jobs", "most"), [(1, 2), (2, 3)])
 def test_a_world_is_made_once_for_each_use_and_the_judges_is_shown_to_no_planner(
     jobs: int, most: int, bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -66,6 +66,7 @@ def no_room_after(folder: Path, pages: int) -> Iterator[None]:
         yield
 
 
+@pytest.mark.slow
 def test_a_store_without_room_keeps_what_it_has_and_goes_on_later(
     bench: Cli, tmp_path: Path
 ) -> None:
@@ -86,6 +87,7 @@ def test_a_store_without_room_keeps_what_it_has_and_goes_on_later(
     assert after[SAME].equals(records_of(tmp_path / "whole")[SAME])
 
 
+@pytest.mark.slow
 @mounts
 @pytest.mark.parametrize("size_kb", [4, 60, 200])
 def test_a_full_disk_stops_a_run_in_one_line(tmp_path: Path, size_kb: int) -> None:
@@ -110,6 +112,7 @@ def test_a_full_disk_stops_a_run_in_one_line(tmp_path: Path, size_kb: int) -> No
             assert store.execute("SELECT count(*) FROM records").fetchone()[0] > 0
 
 
+@pytest.mark.slow
 @mounts
 def test_a_read_only_folder_can_be_reported_but_not_added_to(bench: Cli, tmp_path: Path) -> None:
     folder = tmp_path / "run"
@@ -131,6 +134,7 @@ def test_a_read_only_folder_can_be_reported_but_not_added_to(bench: Cli, tmp_pat
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
 
 
+@pytest.mark.slow
 @mounts
 def test_a_killed_run_in_a_read_only_folder_is_not_read_in_part(bench: Cli, tmp_path: Path) -> None:
     folder, copy = tmp_path / "run", made(tmp_path / "copy")

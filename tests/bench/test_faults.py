@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import faulty_planners
 import numpy as np
 import pandas as pd
+import planners_that_fail
 import psutil
+import pytest
 from conftest import Cli, records_of
 
 import envs
@@ -17,16 +18,17 @@ from envs import Spec
 PROBLEMS = 2
 
 
+@pytest.mark.slow(minutes=1)
 def test_every_fault_has_its_own_outcome(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
     reference = "fmm:resolution=30"
     code, out, err = bench(
-        *("run", "--env", "c3d", "--planners", ",".join([*faulty_planners.EXPECTED, reference])),
+        *("run", "--env", "c3d", "--planners", ",".join([*planners_that_fail.EXPECTED, reference])),
         *("--problems", PROBLEMS, "--seed", 3, "--time-limit", 0.5, "--stop", f"match:{reference}"),
         *("--memory-limit", 1000, "--out", tmp_path),
     )
     assert code == 0, err
     summary = pd.read_csv(tmp_path / "summary.csv").set_index("planner")
-    for id, (_, outcome) in faulty_planners.EXPECTED.items():
+    for id, (_, outcome) in planners_that_fail.EXPECTED.items():
         assert json.loads(summary.loc[id, "status_counts"]) == {outcome: PROBLEMS}, id
         assert summary.loc[id, "solved"] == 0
         assert np.isnan(summary.loc[id, "time_s_mean"]), "failures have no mean time"
@@ -34,9 +36,10 @@ def test_every_fault_has_its_own_outcome(bench: Cli, faulty: list[str], tmp_path
     assert summary.loc[reference, "problems"] == PROBLEMS
     assert summary.loc[reference, "solved"] == PROBLEMS
     assert not psutil.Process().children(recursive=True), "no process may be left behind"
-    assert not faulty_planners.children_left()
+    assert not planners_that_fail.children_left()
 
 
+@pytest.mark.slow
 def test_errors_tell_what_happened(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
     names = "raises,segfault,hangs,raises-in-setup,unsupporting,out-of-bounds"
     bench(
@@ -46,7 +49,7 @@ def test_errors_tell_what_happened(bench: Cli, faulty: list[str], tmp_path: Path
     errors = records_of(tmp_path).set_index("planner")["error"]
     assert "I do not feel like planning" in errors["raises"]
     assert "SIGSEGV" in errors["segfault"]
-    assert "faulty_planners.py" in errors["segfault"], "names the line that crashed"
+    assert "planners_that_fail.py" in errors["segfault"], "names the line that crashed"
     assert "ignored its deadline" in errors["hangs"]
     assert "in solve" in errors["hangs"], "names where it hung"
     assert "no weights here" in errors["raises-in-setup"]
@@ -84,7 +87,7 @@ def test_a_valid_path_after_the_limit_is_late(
 def test_an_environment_that_differs_from_process_to_process_is_an_error(
     bench: Cli, faulty: list[str], tmp_path: Path
 ) -> None:
-    unsteady = Spec("unsteady", "faulty_planners:UnsteadyWorld", "differs every time")
+    unsteady = Spec("unsteady", "planners_that_fail:UnsteadyWorld", "differs every time")
     envs.REGISTRY.register(unsteady)
     try:
         bench(

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
+import planners_that_fail
 import psutil
 import pytest
 from conftest import Cli, records_of
@@ -19,9 +20,9 @@ from conftest import Cli, records_of
 from bench.execution.session import Progress
 from bench.storage.record import Record
 
-pytestmark = pytest.mark.minutes
+pytestmark = pytest.mark.slow(minutes=1)
 
-NASTY = Path(__file__).parents[1] / "nasty_planner.py"
+NASTY = Path(planners_that_fail.__file__)
 GOOD = ["rrtconnect", "rrtconnect:range=2"]
 SAME = ["planner", "problem", "status", "verdict", "outcome", "length", "path"]
 
@@ -87,6 +88,8 @@ def test_what_the_harness_holds_does_not_grow_with_attempts_and_restarts(
 
     class Watching(Progress):
         def add(self, record: Record) -> None:
+            if not tracemalloc.is_tracing():  # not before: it slows all that begins a run
+                tracemalloc.start()
             super().add(record)
             if record.problem + 1 in (early, problems):
                 gc.collect()
@@ -94,7 +97,6 @@ def test_what_the_harness_holds_does_not_grow_with_attempts_and_restarts(
                 held[record.problem + 1], _ = tracemalloc.get_traced_memory()
 
     monkeypatch.setattr("bench.execution.runner.Progress", Watching)
-    tracemalloc.start()
     try:
         code, _, err = bench(
             *("run", "--env", "c3d", "--planners", "nasty:crash=20,hang=1000,leak_mb=1"),

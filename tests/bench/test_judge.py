@@ -91,6 +91,7 @@ def test_repeated_waypoints_and_many_waypoints() -> None:
     assert judged.length == pytest.approx(JUDGE(PROBLEM, path).length)
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(st.floats(-0.5, 0.5))
 def test_the_verdict_follows_the_clearance(gap: float) -> None:
@@ -161,6 +162,7 @@ def test_dense_paths_are_judged_as_thin_ones_are() -> None:
     assert other.length == pytest.approx(one.length, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["c3d", "arm4"])
 def test_what_planners_find_stays_far_within_the_budget(text: str) -> None:
     env = envs.make(text)

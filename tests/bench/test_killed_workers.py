@@ -29,6 +29,7 @@ def run(folder: Path) -> list[str]:
     ]
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_the_problem_at_hand(bench: Cli, tmp_path: Path) -> None:
     moments = random.Random(1)
     harness = subprocess.Popen(

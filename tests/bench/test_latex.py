@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import unicodedata
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,11 @@ from bench.report import formatting, latex
 
 PDFLATEX = shutil.which("pdflatex")
 
-compiled = pytest.mark.skipif(PDFLATEX is None, reason="no pdflatex here")
+
+def compiled(test: Callable[..., None]) -> Callable[..., None]:
+    """Marks a test that runs LaTeX."""
+    return pytest.mark.latex(pytest.mark.skipif(PDFLATEX is None, reason="no pdflatex here")(test))
+
 
 SPECIAL = r"""#$%&_{}\^~<>|`'"-- ---/:=,.;!?()[]@*+ ?` !` '' `` <<>> ,, fi"""
 """All of ASCII that means something to LaTeX, ligatures included."""

@@ -65,6 +65,7 @@ class Tells(Planner):
 """
 
 
+@pytest.mark.slow
 def test_modules_beside_the_user_are_not_meant(tmp_path: Path) -> None:
     for name in ("json", "signal", "numpy", "bench", "selectors"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('the one beside the user')\n")
@@ -103,6 +104,7 @@ def test_ours_are_found_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     assert launch._safe(path, "/here") == ["/lib", "/here", "/lib/site-packages"]
 
 
+@pytest.mark.slow
 def test_what_one_file_changes_does_not_reach_the_workers_of_others(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -135,6 +137,7 @@ def test_what_one_file_changes_does_not_reach_the_workers_of_others(
     assert "NUMBA_DISABLE_JIT" not in session["speed_variables"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not CAN_PAUSE, reason="needs a system that tells of a parent's death")
 def test_idle_workers_are_stopped_and_end_with_a_harness_that_is_killed(tmp_path: Path) -> None:
     harness = subprocess.Popen(

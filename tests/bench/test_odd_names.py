@@ -39,6 +39,7 @@ class Typed(Planner):
 """
 
 
+@pytest.mark.slow
 def test_from_the_command_line_to_the_store_and_back(bench: Cli, tmp_path: Path) -> None:
     mesh = tmp_path / 'my "room", v2.obj'
     trimesh.creation.box().export(mesh)

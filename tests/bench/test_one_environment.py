@@ -33,6 +33,7 @@ def balls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 RUN = ("--planners", "rrtconnect", "--problems", 2, "--stop", "first")
 
 
+@pytest.mark.slow
 def test_names_of_one_environment_in_a_run_and_after_it(bench: Cli, balls: Path) -> None:
     """Twice in one run, then under another name into the same folder, then joined, and checked."""
     first, dotted, copy = (f"mesh:file={name}/b.ply" for name in ("one", "./one", "two"))

@@ -252,6 +252,7 @@ def improving() -> list[dict[str, Any]]:
     return rows
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:render.download is deprecated")  # by its own code, as below
 @pytest.mark.filterwarnings("ignore:The 'mode.copy_on_write' option is deprecated")
 @pytest.mark.filterwarnings("ignore:unclosed file .*help.md:ResourceWarning")

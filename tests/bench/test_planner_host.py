@@ -67,6 +67,7 @@ def small_run(folder: Path, *planners: str) -> tuple[object, ...]:
     )
 
 
+@pytest.mark.slow
 def test_no_command_imports_them_in_the_process_that_judges(
     bench: Cli, file: Path, tmp_path: Path
 ) -> None:
@@ -86,6 +87,7 @@ def test_no_command_imports_them_in_the_process_that_judges(
     assert not any(getattr(m, "__file__", None) == str(file) for m in sys.modules.values())
 
 
+@pytest.mark.slow
 def test_nothing_that_one_changes_reaches_the_judge(bench: Cli, tmp_path: Path) -> None:
     file = tmp_path / "meddles.py"
     file.write_text(MEDDLES + plugins.PLANNER)
@@ -116,6 +118,7 @@ def install_beside(own: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(planners, "REGISTRY", known)
 
 
+@pytest.mark.slow
 def test_an_installed_one_is_imported_elsewhere_too(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -129,6 +132,7 @@ def test_an_installed_one_is_imported_elsewhere_too(
     assert set(records_of(tmp_path / "run")["planner"]) == {"rrtconnect", "plain"}
 
 
+@pytest.mark.slow
 def test_so_is_one_that_an_argument_of_ours_names(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -214,6 +218,7 @@ def test_one_that_fails_is_refused_and_says_where(c3d: Environment, tmp_path: Pa
             planners.REGISTRY.entry("straight:bends=x")
 
 
+@pytest.mark.slow
 def test_one_that_says_it_is_ours_is_still_imported_elsewhere(bench: Cli, tmp_path: Path) -> None:
     file = tmp_path / "sly.py"
     lie = "import envs.registry.spec as s\ns.Spec.data = property(lambda self: vars(self) | LIE)\n"
@@ -332,6 +337,7 @@ def learner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return file
 
 
+@pytest.mark.training
 def test_a_strangers_network_is_trained_there_before_a_run(
     bench: Cli, learner: Path, tmp_path: Path
 ) -> None:

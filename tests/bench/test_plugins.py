@@ -56,6 +56,7 @@ class Sparse(Cluttered3D):
 """
 
 
+@pytest.mark.slow
 def test_an_installed_planner_plans_in_an_installed_world(
     bench: Cli, install: Install, tmp_path: Path
 ) -> None:
@@ -119,6 +120,7 @@ class BadSupport(Straight):
 """
 
 
+@pytest.mark.slow
 def test_one_that_breaks_when_it_is_made_is_left_out_of_groups_and_refused_by_name(
     bench: Cli, install: Install, tmp_path: Path
 ) -> None:
@@ -166,6 +168,7 @@ def file(tmp_path: Path) -> Path:
     return made
 
 
+@pytest.mark.slow
 def test_a_file_adds_its_planners_for_one_command(bench: Cli, file: Path, tmp_path: Path) -> None:
     code, out, err = bench("list", "planners", "--planner-file", file)
     assert code == 0, err

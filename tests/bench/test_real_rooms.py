@@ -13,7 +13,7 @@ from conftest import has_data, records_of
 
 from bench.execution.worker_process import ONE_THREAD
 
-pytestmark = pytest.mark.minutes
+pytestmark = pytest.mark.slow(minutes=5)
 
 ROOMS = ("office_small", "office_large", "meeting_room")
 

@@ -97,6 +97,7 @@ def test_another_verdict_is_told(bench: Cli, changed: Change) -> None:
     assert "not the same: another verdict: COLLISION then, VALID now" in out
 
 
+@pytest.mark.slow
 def test_a_planner_of_a_file_is_replayed_with_its_file(
     bench: Cli, finished: Path, tmp_path: Path
 ) -> None:

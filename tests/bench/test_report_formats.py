@@ -127,6 +127,7 @@ def reported(draw: st.DrawFn) -> RunResults:
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MADE)
 @settings(max_examples=40, deadline=None)
 @given(run=reported())

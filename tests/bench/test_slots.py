@@ -61,6 +61,7 @@ def test_the_cores_are_those_that_this_process_may_use() -> None:
     assert sorted(cpu for core in cores for cpu in core) == processors.usable_cpus()
 
 
+@pytest.mark.slow
 def test_judges_do_not_wait_for_each_other(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -79,6 +80,7 @@ def test_judges_do_not_wait_for_each_other(
     assert len(records_of(tmp_path)) == 24
 
 
+@pytest.mark.slow
 @can_confine
 def test_planner_and_judge_of_a_slot_share_cores_that_no_other_uses(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

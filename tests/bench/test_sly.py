@@ -47,6 +47,7 @@ def solve(asked: WorkerProcess, index: int, limit_s: float = 30.0) -> Attempt:
     return asked.solve(problem(index), limit_s, math.inf)
 
 
+@pytest.mark.slow
 def test_the_clock_runs_until_the_path_is_numbers_in_memory(c3d: Environment) -> None:
     with worker(c3d, sly_planners.Lazy) as asked:
         for i in range(len(sly_planners.Lazy.HOW)):
@@ -65,6 +66,7 @@ def test_a_lazy_path_that_takes_too_long_is_killed_like_any_other(c3d: Environme
         assert "__array__" in attempt.error
 
 
+@pytest.mark.slow
 def test_what_is_left_running_is_named_and_the_planners_fault(c3d: Environment) -> None:
     left = list(range(len(sly_planners.LeavesRunning.HOW)))
     while left:  # a process in which something works on is not asked again
@@ -82,6 +84,7 @@ def test_what_is_left_running_is_named_and_the_planners_fault(c3d: Environment) 
     assert not sly_planners.helpers_left(), "also those in sessions of their own"
 
 
+@pytest.mark.slow
 def test_pools_libraries_and_what_is_waited_for_are_no_fault(c3d: Environment) -> None:
     with worker(c3d, sly_planners.KeepsPools) as asked:
         for again in range(2):
@@ -90,6 +93,7 @@ def test_pools_libraries_and_what_is_waited_for_are_no_fault(c3d: Environment) -
                 assert attempt.status == "EXACT_SOLUTION", (again, i, attempt.error)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_kept_is_left_out_with_a_note(c3d: Environment) -> None:
     unkept = sly_planners.Unkept
     with worker(c3d, unkept) as asked:
@@ -105,6 +109,7 @@ def test_what_cannot_be_kept_is_left_out_with_a_note(c3d: Environment) -> None:
         assert "died of signal 40" in solve(asked, 0).error
 
 
+@pytest.mark.slow
 def test_every_such_answer_is_a_row_and_reports_survive_it(bench: Cli, tmp_path: Path) -> None:
     unkept = sly_planners.Unkept
     spec = Spec("unkept", "sly_planners:Unkept", "returns what cannot be kept")

@@ -179,6 +179,7 @@ def test_an_older_store_is_read_as_it_is(folder: Path, version: int, tmp_path: P
     assert [file.name for file in older.iterdir()] == ["run.sqlite"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [1, 2, 3])
 def test_a_run_goes_on_in_an_older_store(
     bench: Cli, folder: Path, version: int, tmp_path: Path

@@ -9,7 +9,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-import badly_behaved
+import planners_that_fail
 import pytest
 import torch
 from conftest import Cli, Refused
@@ -27,7 +27,7 @@ from envs.registry import Entry
 from envs.scenes.point_world import PointWorld
 from planners import Planner
 
-FILE = Path(badly_behaved.__file__)
+FILE = Path(planners_that_fail.__file__)
 LIMIT_S = 0.5
 
 
@@ -82,7 +82,7 @@ def quick_and_pinned(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def failed(name: str) -> dict[str, str]:
-    """The checks that a planner of `badly_behaved` fails, and what is said of it."""
+    """The checks that a planner of `planners_that_fail` fails, and what is said of it."""
     with conformance.named(f"{FILE}:{name}") as planner:
         evidence = conformance.gathered(envs.REGISTRY.entry("c3d"), planner, LIMIT_S, start=Here)
     found = conformance.findings(evidence)
@@ -95,7 +95,7 @@ def failed(name: str) -> dict[str, str]:
     [
         ("BadSupport", "support", "raised KeyError"),
         ("EmptyReason", "support", "neither None nor a reason"),
-        ("BadSetup", "setup", "no weights here"),
+        ("RaisesInSetup", "setup", "no weights here"),
         ("Raises", "result", "I do not feel like planning"),
         ("Tuple", "result", "returned a tuple"),
         ("OddStats", "result", "not JSON"),
@@ -125,11 +125,12 @@ def test_one_without_a_fault_and_one_that_declares_its_chance_fail_none(name: st
     assert failed(name) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "check", "said"),
     [
         ("Hangs", "budget", "ignored its 0.5 s and was killed"),
-        ("Dies", "result", "problem 0: CRASH"),
+        ("Segfault", "result", "problem 0: CRASH"),
         ("NeverGivesUp", "unsolvable", "ignored its 0.5 s"),
     ],
 )
@@ -145,6 +146,7 @@ def test_it_survives_planners_that_hang_or_die(
     assert "why it matters" in lines[number + 1]
 
 
+@pytest.mark.slow
 def test_a_good_planner_passes_in_real_processes(bench: Cli) -> None:
     code, out, err = bench("test-planner", "rrtconnect:range=3", "--time-limit", LIMIT_S)
     assert code == 0, out + err
@@ -159,8 +161,9 @@ def test_a_learned_planner_is_not_put_into_a_world_it_has_no_weights_for() -> No
     assert Outcome.FAILED not in {finding.outcome for finding in conformance.findings(evidence)}
 
 
+@pytest.mark.slow
 def test_one_that_does_not_plan_there_is_told_apart_from_one_that_passes(bench: Cli) -> None:
-    code, out, err = bench("test-planner", f"{FILE}:Sundays", "--time-limit", LIMIT_S)
+    code, out, err = bench("test-planner", f"{FILE}:Unsupporting", "--time-limit", LIMIT_S)
     assert code == 2
     assert out.count("not applicable") == len(conformance.CHECKS) - 1
     assert "only plans on Sundays" in err

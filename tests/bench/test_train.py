@@ -55,6 +55,7 @@ def summary(folder: Path) -> dict[str, str]:
     return row
 
 
+@pytest.mark.training
 def test_what_is_trained_is_found_by_runs(bench: Cli, brief: Path, tmp_path: Path) -> None:
     code, out, err = bench(*train_it("--seed", 3))
     assert code == 0, err
@@ -83,6 +84,7 @@ def test_what_is_trained_is_found_by_runs(bench: Cli, brief: Path, tmp_path: Pat
     assert float(summary(tmp_path / "run")["train_s"]) == pytest.approx(spent)
 
 
+@pytest.mark.training
 def test_weights_written_elsewhere_are_found_too(bench: Cli, brief: Path, tmp_path: Path) -> None:
     file = tmp_path / "W"
     assert bench(*train_it("--out", file))[0] == 0
@@ -107,6 +109,7 @@ def test_a_file_that_holds_something_else_is_not_overwritten(bench: Cli, tmp_pat
     assert file.read_text() == "years of work"
 
 
+@pytest.mark.training
 def test_the_same_seed_gives_the_same_weights(bench: Cli, tmp_path: Path) -> None:
     for name in ("a", "b"):
         assert bench(*train_it("--out", tmp_path / name))[0] == 0
@@ -116,6 +119,7 @@ def test_the_same_seed_gives_the_same_weights(bench: Cli, tmp_path: Path) -> Non
     assert a != c
 
 
+@pytest.mark.training
 def test_minutes_bound_the_training(bench: Cli, tmp_path: Path) -> None:
     code, out, _ = bench(*train_it("--minutes", 0.02))
     assert code == 0
@@ -124,6 +128,7 @@ def test_minutes_bound_the_training(bench: Cli, tmp_path: Path) -> None:
     assert manifest["command"].endswith("--minutes 0.02")
 
 
+@pytest.mark.training
 def test_an_interrupted_training_goes_on(
     bench: Cli, brief: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -175,6 +180,7 @@ def test_a_damaged_checkpoint_is_named(content: bytes, bench: Cli, brief: Path) 
     assert "delete it" in err
 
 
+@pytest.mark.training
 def test_without_training_the_planner_is_skipped_and_tried_later(
     bench: Cli, tmp_path: Path
 ) -> None:
@@ -235,6 +241,7 @@ def test_weights_of_another_scene_stop_a_run_before_it_begins(bench: Cli, tmp_pa
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.training
 def test_a_small_field_trained_from_scratch_reaches_its_stated_loss() -> None:
     """A quarter of the default's pairs, 300 steps: equation 4 falls from 0.66 to 0.39 an end."""
     env = envs.make("c3d")

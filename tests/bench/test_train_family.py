@@ -17,6 +17,8 @@ from planners.learning.training_loop import Recipe
 from planners.mpnet import planner as mpnet
 from planners.mpnet.imitation import DemonstrationPlan, Imitation
 
+pytestmark = pytest.mark.training
+
 TRAIN = ("train", "--env", "c3d:scene=55,boxes=3", "--planner", "mpnet")
 
 

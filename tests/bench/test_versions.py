@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from conftest import Cli, records_of
 
 import planners
 
 
+@pytest.mark.slow
 def test_a_planner_of_another_version_is_measured_again(bench: Cli, tmp_path: Path) -> None:
     spec = replace(planners.REGISTRY.entry("rrtconnect").spec, id="changing", aliases=(), groups=())
     run = (

@@ -47,6 +47,7 @@ def rows_held(folder: Path) -> int:
 GIVEN = "w.safetensors"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("planner", "trained", "more"),
     [
@@ -88,6 +89,7 @@ def test_weights_that_were_trained_anew_are_measured_anew(
     assert records_of(Path("run"))["weights"].unique() == [first]
 
 
+@pytest.mark.slow
 def test_weights_of_a_family_are_those_of_each_of_its_scenes(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,6 +102,7 @@ def test_weights_of_a_family_are_those_of_each_of_its_scenes(
         assert numbers(tmp_path) == [number, number]
 
 
+@pytest.mark.slow
 def test_what_is_trained_on_the_spot_is_what_is_measured(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -117,6 +120,7 @@ def test_what_is_trained_on_the_spot_is_what_is_measured(
     pd.testing.assert_frame_equal(records_of(tmp_path), before)
 
 
+@pytest.mark.slow
 def test_weights_that_are_replaced_while_a_run_goes_on_are_not_mixed_with_the_others(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -146,6 +150,7 @@ def test_a_planner_that_asks_another_has_its_weights_too(c3d: Environment) -> No
     assert planners.make("fmm").weights_digest(c3d) == ""
 
 
+@pytest.mark.slow
 def test_replaying_says_that_the_weights_are_others(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import faulty_planners
+import planners_that_fail
 import psutil
 import pytest
 
@@ -48,6 +48,7 @@ def test_one_that_hangs_is_gone_at_once(
     assert not new_children()
 
 
+@pytest.mark.slow
 def test_what_it_leaves_behind_is_killed_off_the_clock(c3d: Environment, faulty: list[str]) -> None:
     asked = worker(c3d, "leaves-stubborn-child")
     assert not asked.set_up(1, 60).fault
@@ -55,7 +56,7 @@ def test_what_it_leaves_behind_is_killed_off_the_clock(c3d: Environment, faulty:
     assert attempt.status == Fault.CRASH.value
     assert attempt.solve_s is not None
     assert attempt.solve_s < 1.5, "its child was given 2 s to end"
-    assert not faulty_planners.children_left()
+    assert not planners_that_fail.children_left()
 
 
 def test_one_that_leaves_no_memory_at_all_is_told_apart_from_a_crash(
@@ -68,6 +69,7 @@ def test_one_that_leaves_no_memory_at_all_is_told_apart_from_a_crash(
     assert not asked.alive
 
 
+@pytest.mark.slow
 def test_a_group_is_ended_before_its_number_is_free(
     c3d: Environment, faulty: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -97,6 +99,7 @@ def test_one_that_never_solved_anything_ends_too(
     assert not new_children()
 
 
+@pytest.mark.slow
 def test_threads_are_pinned_to_one(c3d: Environment, faulty: list[str]) -> None:
     asked = worker(c3d, "tells-threads")
     assert not asked.set_up(1, 60).fault

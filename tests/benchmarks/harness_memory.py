@@ -18,7 +18,7 @@ from pathlib import Path
 
 import psutil
 
-NASTY = Path(__file__).parents[1] / "nasty_planner.py"
+NASTY = Path(__file__).parents[1] / "planners_that_fail.py"
 PLANNERS = ("rrtconnect", "rrtconnect:range=2", "nasty")
 BOOT = (  # two planners at a time, also where there is one core: times do not matter here
     "import sys; from bench import cli; from envs import processors;"

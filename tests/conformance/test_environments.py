@@ -38,7 +38,13 @@ obstacles:
     rpy: [0.3, 0.2, 0.1]
 """
 
-IDS = [spec.id for spec in envs.REGISTRY.specs()]
+LARGE = ("bunny", "gibson-generated")
+"""Whose meshes take seconds."""
+
+IDS = [
+    pytest.param(spec.id, marks=pytest.mark.slow if spec.id in LARGE else ())
+    for spec in envs.REGISTRY.specs()
+]
 
 
 @pytest.fixture(params=IDS, scope="module")

@@ -18,7 +18,10 @@ from envs.collision.fcl_model import CollisionModel
 from planners import Budget, Planner, PlannerResult, Status
 from planners.baselines import StraightLine
 
-IDS = [spec.id for spec in planners.REGISTRY.specs()]
+IDS = [
+    pytest.param(spec.id, marks=pytest.mark.slow if spec.id == "fmm" else ())
+    for spec in planners.REGISTRY.specs()
+]
 
 
 @pytest.fixture(params=IDS, scope="module")

@@ -14,6 +14,11 @@ from envs import Environment, Problem
 from planners import Budget, Planner, PlannerResult
 
 SPECS = planners.REGISTRY.specs()
+IDS = [
+    pytest.param(spec.id, marks=pytest.mark.slow if spec.id == "fmm" else ())
+    for spec in SPECS
+    if not spec.not_repeatable
+]
 ENOUGH_S = 30
 
 
@@ -23,7 +28,7 @@ def solved(planner: Planner, problem: Problem) -> PlannerResult:
     return result
 
 
-@pytest.mark.parametrize("id", [spec.id for spec in SPECS if not spec.not_repeatable])
+@pytest.mark.parametrize("id", IDS)
 def test_the_same_seed_gives_the_same_path_whatever_was_solved_before(
     id: str, c3d: Environment
 ) -> None:

@@ -96,6 +96,7 @@ def test_no_problems_are_none() -> None:
     assert envs.make("arm4").sample_problems(0, 0) == []
 
 
+@pytest.mark.slow
 def test_ends_are_joined(env: Environment) -> None:
     """By a search that draws other samples than the one that chose them."""
     assert isinstance(env, ArmWorld)

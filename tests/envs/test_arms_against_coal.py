@@ -40,11 +40,13 @@ def robot(name: str, folder: Path) -> str:
     return real_arm(Path(os.environ["BENCH_DATA"]) / "mbm", folder, name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_no_answer_about_a_real_robot_is_wrong(name: str, tmp_path: Path) -> None:
     check(robot(name, tmp_path), tmp_path, 30, 4)
 
 
+@pytest.mark.slow
 def test_a_mesh_of_several_materials_is_what_its_file_has(tmp_path: Path) -> None:
     """A Panda's sixth link, here 6 mm deep in the scene's cylinder: coal's reader makes it smaller,
     so that it would be 15 mm away."""

@@ -73,6 +73,7 @@ def free_by_spheres(env: Environment, motions: Array) -> NDArray[np.bool_]:
     return np.array(free)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "n"),
     [("arm6", 10_000), ("arm4", 1000), ("arm5:scene=2", 500), ("arm4:self_collision=true", 800)],
@@ -99,6 +100,7 @@ class Slowed(Arm):
         return whole._replace(reach=whole.reach / 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("free_by", "n"), [(free_by_fcl, 1500), (free_by_spheres, 6000)])
 def test_bounds_half_as_great_would_be_found_out(
     free_by: Callable[[Environment, Array], NDArray[np.bool_]], n: int

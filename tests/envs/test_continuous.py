@@ -152,6 +152,7 @@ def test_the_tolerance_must_be_positive() -> None:
             one_box(tolerance=tolerance)
 
 
+@pytest.mark.slow
 def test_never_accepts_what_finer_sampling_refutes() -> None:
     """20,000 segments, far and near obstacles: whatever is accepted is sampled with 1000 times
     as many configurations as the check itself asked for; what is refused comes within the
@@ -192,6 +193,7 @@ def _segments(env: envs.Environment, n: int) -> list[tuple[np.ndarray, np.ndarra
     return [(a, b) for a, b in np.concatenate([wide, near])]
 
 
+@pytest.mark.slow
 def test_both_checks_agree() -> None:
     env = envs.make("c3d:robot_radius=0.3")
     model = env.collision_model()
@@ -204,6 +206,7 @@ def test_both_checks_agree() -> None:
             assert least <= 2 * TOLERANCE
 
 
+@pytest.mark.slow
 def test_the_judge_refuses_no_motion_that_planners_find_free() -> None:
     """Past an edge of a box at about the tolerance, where checks at the same tolerance disagree."""
     judge, planner = one_box(), one_box(tolerance=2e-3)

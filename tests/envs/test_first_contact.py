@@ -45,6 +45,7 @@ def test_of_a_path_that_touches_nothing_the_closest_place_is_marked(c3d: Environ
     assert place.clearance == pytest.approx(c3d.clearance(path).min(), abs=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("waypoints", [2, 300])
 def test_a_long_way_beside_a_wall_is_not_followed_for_ever(waypoints: int) -> None:
     """Twice the tolerance above a floor, to and fro, into a box at the end."""

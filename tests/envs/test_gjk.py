@@ -184,6 +184,7 @@ def upper_bounds(a: Array, b: Array, steps: int) -> Array:
     return least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spread", [0.3, 1.0])
 def test_never_above_the_distance_and_close_below(spread: float) -> None:
     a, b = random_pairs(1500, spread)

@@ -64,6 +64,7 @@ def test_furniture_stands_in_rooms_and_leaves_doorways_free(scene: int) -> None:
         assert not (overlap > 0).all(axis=1).any()
 
 
+@pytest.mark.slow
 def test_scans_are_flawed_and_the_same_each_time(house: GeneratedHouse) -> None:
     first, again = (scanned(make_plan(house.scene), house.scene) for _ in range(2))
     assert (first.vertices == again.vertices).all()
@@ -77,6 +78,7 @@ def test_scans_are_flawed_and_the_same_each_time(house: GeneratedHouse) -> None:
     assert len(house.obstacles) == 2, "the holes have lids"
 
 
+@pytest.mark.slow
 def test_problems_are_across_rooms(house: GeneratedHouse) -> None:
     problems = house.sample_problems(500, 1)
     model = house.collision_model()
@@ -92,6 +94,7 @@ def test_problems_are_across_rooms(house: GeneratedHouse) -> None:
         assert 0.2 < (heights[:, 0] != heights[:, 1]).mean() < 0.8, "many between the levels"
 
 
+@pytest.mark.slow
 def test_outside_is_out_of_bounds(house: GeneratedHouse) -> None:
     q = np.random.default_rng(0).uniform(house.lower, house.upper, (4000, 3))
     low, high = house.free_bounds
@@ -101,6 +104,7 @@ def test_outside_is_out_of_bounds(house: GeneratedHouse) -> None:
     assert 0.5 < (house.clearance(q[~outside]) > 0).mean() < 0.9
 
 
+@pytest.mark.slow
 def test_houses_differ_by_scene_and_have_their_own_name() -> None:
     assert GeneratedHouse(0).fingerprint != GeneratedHouse(2).fingerprint
     assert envs.REGISTRY.entry("gibson").id == "gibson-generated"
@@ -108,6 +112,7 @@ def test_houses_differ_by_scene_and_have_their_own_name() -> None:
     assert isinstance(envs.make("gibson-generated"), Environment)
 
 
+@pytest.mark.slow
 def test_rough_clearances_are_near_the_exact_ones(house: GeneratedHouse) -> None:
     q = np.random.default_rng(0).uniform(*house.free_bounds, (5000, 3))
     error = np.abs(house.approximate_clearance(q) - house.clearance(q))

@@ -81,6 +81,7 @@ def test_a_shell_is_free_on_both_sides(ball: str) -> None:
     assert not world.collision_model().segment_is_free(q[0], q[2])
 
 
+@pytest.mark.slow
 def test_a_mesh_with_holes_is_a_shell_unless_told_otherwise(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -99,6 +100,7 @@ def test_a_mesh_with_holes_is_a_shell_unless_told_otherwise(
     assert 0 < inside.clearance(np.array([[0, 0, 9.9]]))[0] < 0.2, "the lid is where the top was"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["solid", "interior", "shell"])
 def test_problems_are_free_connected_and_repeatable(room: str, kind: str) -> None:
     world = MeshWorld(room, kind=kind, robot_radius=0.1)
@@ -209,6 +211,7 @@ def test_bad_arguments_are_refused(arguments: str, said: str, ball: str) -> None
         envs.make("mesh:" + arguments.replace("BALL", ball))
 
 
+@pytest.mark.slow
 def test_a_robot_too_large_for_its_world_is_said_so(room: str) -> None:
     with pytest.raises(InputError, match="too little room"):
         MeshWorld(room, robot_radius=1.4).sample_problems(1, 0)
@@ -217,6 +220,7 @@ def test_a_robot_too_large_for_its_world_is_said_so(room: str) -> None:
 ROOMS = ("office_small", "office_large", "meeting_room")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROOMS)
 def test_real_rooms(name: str) -> None:
     file = f"rooms/{name}_zup.ply"

@@ -75,6 +75,7 @@ def test_a_stand_in_has_its_own_name() -> None:
         registry().entry("real:sice=2")
 
 
+@pytest.mark.slow
 @given(
     size=st.integers(),
     ratio=st.floats(allow_nan=False),

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import fuzzing
 import pytest
+
+
+@pytest.fixture(
+    autouse=True,
+    params=[pytest.param(0.05, id="few"), pytest.param(1.0, id="all", marks=pytest.mark.slow)],
+)
+def share_of_inputs(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few inputs in each run of the tests, all of them where slow ones are run."""
+    monkeypatch.setattr(fuzzing, "SHARE", request.param)
 
 
 @pytest.fixture(autouse=True)

@@ -72,6 +72,7 @@ def test_inputs_know_sines_places_and_clearances(world: ArmWorld) -> None:
     assert nearness.max(axis=1) == pytest.approx(np.clip(1 - clearance, 0, 1.5))
 
 
+@pytest.mark.slow
 def test_the_compiled_network_is_the_network(world: ArmWorld, net: TimeField) -> None:
     compiled = CompiledField(net)
     starts, goals = (torch.from_numpy(points(world, 30, seed)).float() for seed in (1, 2))
@@ -97,6 +98,7 @@ def test_the_field_is_symmetric_with_the_right_gradients(world: ArmWorld, net: T
     assert float(error.quantile(0.95)) < 1e-4
 
 
+@pytest.mark.slow
 def test_pushes_lead_out_of_obstacles(world: ArmWorld) -> None:
     field = ArmInputs(world).field
     step = np.empty(world.dimension)
@@ -112,6 +114,7 @@ def test_pushes_lead_out_of_obstacles(world: ArmWorld) -> None:
     assert np.mean(np.array(gained) > 0) > 0.9
 
 
+@pytest.mark.slow
 def test_execution_keeps_within_the_joints_limits(world: ArmWorld, net: TimeField) -> None:
     compiled = CompiledField(net)
     low, high = (np.full(world.dimension, end, dtype=np.float32) for end in (-0.5, 0.5))
@@ -120,6 +123,7 @@ def test_execution_keeps_within_the_joints_limits(world: ArmWorld, net: TimeFiel
         assert (np.abs(compiled.after(ends, low, high, pushed)) <= 0.5).all()
 
 
+@pytest.mark.slow
 def test_ends_in_one_place_have_met_however_near_an_obstacle(
     world: ArmWorld, net: TimeField
 ) -> None:
@@ -146,6 +150,7 @@ def test_methods_that_do_not_fit_say_why() -> None:
     assert planners.make("mpnet").unsupported(arm4) is not None
 
 
+@pytest.mark.training
 def test_a_short_training_solves_most_problems(tmp_path: Path) -> None:
     world = envs.make("arm4")
     method = methods.method("ntfields", world)

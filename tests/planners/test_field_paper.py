@@ -73,6 +73,7 @@ def test_near_pairs_are_drawn_more_often(c3d: Environment, tmp_path: Path) -> No
     assert at_start[:100].numpy() == pytest.approx(wanted, abs=1e-4)
 
 
+@pytest.mark.training
 def test_its_loss_falls(c3d: Environment, tmp_path: Path) -> None:
     """On a few pairs, seen again and again; on all it takes hours."""
     method = METHODS["ntfields-paper"]

@@ -163,6 +163,7 @@ def test_inputs_derivatives_are_finite_differences(rooms: RoomInputs) -> None:
     assert np.quantile(np.stack(errors), 0.9) < 0.05 * scale
 
 
+@pytest.mark.slow
 def test_the_compiled_field_is_the_networks(net: TimeField) -> None:
     a, b = (points(30, seed).astype(np.float32) for seed in (1, 2))
     with torch.no_grad():
@@ -239,6 +240,7 @@ def test_points_and_times_of_the_objective(net: TimeField, world: TwoRooms) -> N
     assert loss.isfinite()
 
 
+@pytest.mark.slow
 def test_a_true_speed_step_is_as_long_as_the_speed_allows(net: TimeField, world: TwoRooms) -> None:
     compiled = CompiledField(net)
     start, goal = (np.array(x, dtype=np.float32) / 20 for x in ([2.4, -5, 0], [7, 5, 0]))
@@ -255,6 +257,7 @@ def test_a_true_speed_step_is_as_long_as_the_speed_allows(net: TimeField, world:
     assert (moved[0] - start) @ down == pytest.approx(np.linalg.norm(moved[0] - start), rel=1e-2)
 
 
+@pytest.mark.slow
 def test_ends_are_pushed_out_of_walls(net: TimeField, world: TwoRooms) -> None:
     compiled = CompiledField(net)
     low, high = np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32)
@@ -264,6 +267,7 @@ def test_ends_are_pushed_out_of_walls(net: TimeField, world: TwoRooms) -> None:
     assert world.clearance(20 * after.astype(np.float64)) / 4 == pytest.approx(0.15, abs=0.03)
 
 
+@pytest.mark.slow
 def test_ends_on_both_sides_of_a_wall_are_not_joined(net: TimeField) -> None:
     compiled = CompiledField(net)
     low, high = np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32)
@@ -274,6 +278,7 @@ def test_ends_on_both_sides_of_a_wall_are_not_joined(net: TimeField) -> None:
     assert compiled.descend(a, b, low, high, careful) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("descent", planner_module.ATTEMPTS_IN_ROOMS)
 @pytest.mark.parametrize("x", [0.405, 0.41, 0.2, 5.0], ids=["touching", "near", "within", "far"])
 def test_ends_in_one_place_have_met(net: TimeField, descent: Descent, x: float) -> None:
@@ -284,12 +289,14 @@ def test_ends_in_one_place_have_met(net: TimeField, descent: Descent, x: float) 
     assert (path == place).all()
 
 
+@pytest.mark.slow
 def test_where_every_place_is_behind_a_wall_there_is_no_escape(net: TimeField) -> None:
     """Times through walls are infinite."""
     within = np.array([[0.0, -5, 0], [0.1, -5.3, 0]], dtype=np.float32) / 20
     assert CompiledField(net).escaped(within, 0) is None
 
 
+@pytest.mark.slow
 def test_an_escape_is_to_a_place_in_sight_with_a_smaller_time(net: TimeField) -> None:
     compiled = CompiledField(net)
     world = TwoRooms()
@@ -313,6 +320,7 @@ def test_an_escape_is_to_a_place_in_sight_with_a_smaller_time(net: TimeField) ->
     assert compiled.descend(start, goal, low, high, stays) is None
 
 
+@pytest.mark.slow
 def test_a_path_with_escapes_is_in_one_piece(net: TimeField) -> None:
     compiled = CompiledField(net)
     low, high = np.full(3, -0.5, np.float32), np.full(3, 0.5, np.float32)
@@ -328,6 +336,7 @@ def test_a_path_with_escapes_is_in_one_piece(net: TimeField) -> None:
     assert paths > 0
 
 
+@pytest.mark.slow
 def test_nothing_is_left_to_be_compiled_on_the_clock(
     net: TimeField, world: TwoRooms, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -70,6 +70,7 @@ def test_a_flat_field_leads_nowhere() -> None:
     assert descend(field, np.array([1.0, 1.0]), np.array([3.0, 3.0]), 0.1) is None
 
 
+@pytest.mark.slow
 def test_it_goes_round_obstacles_and_near_the_optimal_time() -> None:
     """A finer grid finds paths that are no slower, and its time is close to the coarser one's."""
     env = envs.make("c3d")
@@ -95,6 +96,7 @@ def test_too_large_a_grid_is_unsupported() -> None:
     assert "500^3" in reason
 
 
+@pytest.mark.slow
 def test_goals_near_thin_walls_are_reached(tmp_path: Path) -> None:
     """Nodes beyond a wall, slow ones, may be within the sphere that fronts start from."""
     room = trimesh.creation.box((8.0, 6.0, 3.0))

@@ -53,6 +53,7 @@ def test_paths_are_certified(name: str, c3d: Environment) -> None:
         assert result.stats["collision_checks"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", IMPROVING)
 def test_best_cost_falls_over_time(name: str, c3d: Environment) -> None:
     problem = blocked_problem(c3d)
@@ -130,6 +131,7 @@ def milestones(planner: planners.Planner) -> int:
     return int(data.numVertices())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lazyprmstar", "prmstar"])
 def test_a_roadmap_is_kept_between_problems(name: str, c3d: Environment) -> None:
     planner = planners.make(f"{name}:roadmap_s=1")
@@ -144,6 +146,7 @@ def test_a_roadmap_is_kept_between_problems(name: str, c3d: Environment) -> None
         assert judge.min_clearance(np.asarray(result.path)) > judge.tolerance
 
 
+@pytest.mark.slow
 def test_among_meshes_lazy_prm_has_the_papers_roadmap(
     c3d: Environment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -198,6 +201,7 @@ def test_misspelt_parameters_are_errors(text: str, said: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_processes_that_used_ompl_exit_with_0() -> None:
     code = (
         "import math, time, envs, planners\n"

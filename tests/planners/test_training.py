@@ -63,6 +63,7 @@ def begun(width: int, recipe: Recipe) -> TrainingState:
     return TrainingState.begin(TimeField(FieldShape(1, frequencies=8, width=width)), recipe)
 
 
+@pytest.mark.training
 def test_a_ramp_of_speed_is_learned() -> None:
     """T(a, b) = |log(S(b) / S(a))| / 0.9, to 2 %."""
     recipe = Recipe(steps=800)

@@ -58,6 +58,7 @@ def one_thread() -> Iterator[None]:
     torch.set_num_threads(threads)
 
 
+@pytest.mark.training
 @pytest.mark.parametrize("name", TRAINED)
 def test_every_method_goes_on_as_if_it_had_not_been_interrupted(
     name: str, c3d: Environment, tmp_path: Path

@@ -190,6 +190,7 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, c3d: Environmen
         weight_files.write(tmp_path / "file" / "w", TENSORS, manifest(c3d))
 
 
+@pytest.mark.slow
 def test_shipped_weights_are_whole_small_and_say_how_they_were_made() -> None:
     files = sorted(weight_files.SHIPPED.glob("*.safetensors"))
     by_planner: dict[str, set[str]] = {}

@@ -1,4 +1,7 @@
-"""Planners written to misbehave, each in one way."""
+"""Planners that fail: each in one way of a run, of `bench test-planner`, or in many ways at once.
+
+Given to commands by file too, so everything they need is in here.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,11 @@ import ctypes
 import os
 import signal
 import subprocess
+import threading
 import time
+from dataclasses import replace
+from multiprocessing.shared_memory import SharedMemory
+from typing import Any
 
 import numpy as np
 import psutil
@@ -15,6 +22,7 @@ import psutil
 from envs import Environment, Problem, Spec
 from envs.scenes.cluttered import Cluttered3D
 from planners import Budget, Planner, PlannerResult, Status
+from planners.ompl.planner import OmplPlanner
 
 _CHILD = ["sleep", "98765"]
 
@@ -248,7 +256,7 @@ class Approximates(Planner):
 
 class Unsupporting(Planner):
     def unsupported(self, env: Environment) -> str | None:
-        return "only plans on Sundays"
+        return "it only plans on Sundays"
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         raise AssertionError("not reached")
@@ -263,8 +271,206 @@ class Counts(Straight):
         return super().solve(problem, budget)
 
 
+class Faultless(OmplPlanner):
+    """Keeps to everything; those made of it but for one thing, which `bench test-planner` finds."""
+
+    def __init__(self) -> None:
+        super().__init__("RRTConnect")
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        self._world = env
+        super().setup(env, seed=seed)
+
+
+class BadSupport(Faultless):
+    def unsupported(self, env: Environment) -> str | None:
+        raise KeyError("which world?")
+
+
+class EmptyReason(Faultless):
+    def unsupported(self, env: Environment) -> str | None:
+        return False  # type: ignore[return-value]
+
+
+class Tuple(Faultless):
+    def solve(self, problem: Problem, budget: Budget) -> Any:
+        result = super().solve(problem, budget)
+        return result.status, result.path
+
+
+class OddStats(Faultless):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return replace(super().solve(problem, budget), stats={"object": object()})
+
+
+class NearlyThere(Faultless):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        result = super().solve(problem, budget)
+        if result.path is None:
+            return result
+        return replace(result, path=np.vstack([result.path[:-1], problem.goal + 1e-4]))
+
+
+class Tunnels(Faultless):
+    """Leaves all waypoints out."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        result = super().solve(problem, budget)
+        if result.status is not Status.EXACT_SOLUTION:
+            return result
+        return replace(result, path=np.array([problem.start, problem.goal]))
+
+
+class Dawdles(Faultless):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        time.sleep(budget.remaining() + 0.3)
+        return super().solve(problem, Budget(time.perf_counter() + 0.2))
+
+
+class AlwaysClaims(Faultless):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        result = super().solve(problem, budget)
+        if result.status is Status.EXACT_SOLUTION:
+            return result
+        return PlannerResult(Status.EXACT_SOLUTION, [problem.start, problem.goal])
+
+
+class NeverGivesUp(Faultless):
+    """Does not return without a solution."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        while (result := super().solve(problem, budget)).status is not Status.EXACT_SOLUTION:
+            time.sleep(0.05)
+        return result
+
+
+class WritesToProblem(Faultless):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        problem.start[0] += 0.0
+        return super().solve(problem, budget)
+
+
+class MovesObstacles(Faultless):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        result = super().solve(problem, budget)
+        obstacles: Any = self._world.obstacles
+        obstacles.pop()
+        return result
+
+
+class Chance(Faultless):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        seed = int.from_bytes(os.urandom(3), "little") + 1
+        return super().solve(replace(problem, seed=seed), budget)
+
+
+class Remembers(Faultless):
+    """What it finds depends on how much it has solved before."""
+
+    _solved = 0
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        self._solved += 1
+        return super().solve(replace(problem, seed=self._solved), budget)
+
+
+class DeclaredChance(Chance):
+    not_repeatable = "it asks the system for random numbers"
+
+
+class LeavesThreads(Faultless):
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        for _ in range(3):
+            threading.Thread(target=time.sleep, args=(2,), daemon=True).start()
+        return super().solve(problem, budget)
+
+
+class KeepsThreads(Faultless):
+    """Has them from the beginning, and they wait."""
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        super().setup(env, seed=seed)
+        for _ in range(3):
+            threading.Thread(target=threading.Event().wait, args=(20,), daemon=True).start()
+
+
+class WorksOn(Faultless):
+    """Its thread is there from the beginning, and works when it has returned."""
+
+    def setup(self, env: Environment, *, seed: int) -> None:
+        super().setup(env, seed=seed)
+        self._until = 0.0
+        threading.Thread(target=self._improve, daemon=True).start()
+
+    def _improve(self) -> None:
+        while True:
+            if time.perf_counter() > self._until:
+                time.sleep(0.001)
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        result = super().solve(problem, budget)
+        self._until = time.perf_counter() + 1
+        return result
+
+
+class LazyPath(Faultless):
+    """Does half of its work when its path is looked at."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        result = super().solve(problem, budget)
+        if result.path is None:
+            return result
+        return replace(result, path=_Late(result.path, budget))
+
+
+class _Late:
+    def __init__(self, path: Any, budget: Budget) -> None:
+        self._path, self._budget = path, budget
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        time.sleep(self._budget.remaining() + 0.3)
+        return np.array(self._path, dtype=dtype)
+
+
+class UnpinsTorch(Faultless):
+    def setup(self, env: Environment, *, seed: int) -> None:
+        import torch
+
+        torch.set_num_threads(4)
+        super().setup(env, seed=seed)
+
+
+class _Hidden(Planner):
+    """Not listed: its name begins with an underscore."""
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        return PlannerResult(Status.TIMEOUT)
+
+
+class Nasty(Planner):
+    """Crashes on every `crash`-th problem and hangs on every `hang`-th other one; on the rest it
+    leaks `leak_mb` and claims the straight line. Each time it starts a helper and makes shared
+    memory, named by the pids of harness and worker, and sees to neither's end."""
+
+    improves = False
+
+    def __init__(self, crash: int = 3, hang: int = 5, leak_mb: int = 100) -> None:
+        self._crash, self._hang, self._leak_mb = crash, hang, leak_mb
+        self._kept: list[object] = []
+
+    def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
+        name = f"nasty-{os.getppid()}-{os.getpid()}-{len(self._kept)}"
+        self._kept += [subprocess.Popen(["sleep", "98764"]), SharedMemory(name, True, 4096)]
+        if problem.index % self._crash == 0:
+            os.kill(os.getpid(), signal.SIGSEGV)
+        if problem.index % self._hang == 0:
+            time.sleep(10_000)
+        self._kept.append(np.ones(self._leak_mb * 2**17))
+        return PlannerResult(Status.EXACT_SOLUTION, np.array([problem.start, problem.goal]))
+
+
 def spec(planner: type[Planner], id: str) -> Spec:
-    return Spec(id, f"faulty_planners:{planner.__name__}", planner.__doc__ or planner.__name__)
+    return Spec(id, f"planners_that_fail:{planner.__name__}", planner.__doc__ or planner.__name__)
 
 
 EXPECTED = {

@@ -1,0 +1,83 @@
+"""Compiles what tests need, once and before they begin.
+
+Processes share by files what Numba has compiled, but compile the same at the same time where there
+is nothing yet: on a fresh checkout that took every test process, and every worker that tests start,
+up to a minute. `compile_all` does it in two processes, whose parts have little in common.
+"""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numba
+import numpy as np
+import trimesh
+
+import envs
+import planners
+from envs import Problem
+from envs.compiled_cache import cache_folder
+
+PARTS: tuple[dict[str, Callable[[], None]], ...]
+"""For each process what it compiles, by name; see the end of the file."""
+
+
+def compile_all(names: set[str]) -> None:
+    """Compiles some of the parts, in a process for each entry of `PARTS` that lacks any."""
+    wanted = [[n for n in parts if n in names and not _mark(n).exists()] for parts in PARTS]
+    started = [subprocess.Popen([sys.executable, __file__, *some]) for some in wanted if some]
+    for process in started:
+        process.wait()  # if it fails, so will tests, which say why
+
+
+def _mark(name: str) -> Path:
+    """The file, beside what is compiled from these sources, that says that a part of it is."""
+    return Path(cache_folder()) / f"{name}, Python {platform.python_version()}, {numba.__version__}"
+
+
+def _meshes() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "ball.ply"
+        trimesh.creation.icosphere(subdivisions=1).export(file)
+        world = envs.make(f"mesh:file={file}")
+    world.collision_model().segment_is_free(world.upper, 0.9 * world.upper)
+
+
+def _arms() -> None:
+    world = envs.make("arm4")
+    [problem] = world.sample_problems(1, 0)
+    world.collision_model().segment_is_free(problem.start, problem.goal)
+
+
+def _field_in(env: str) -> Callable[[], None]:
+    def set_up() -> None:
+        world = envs.make(env)
+        planner = planners.make("ntfields")
+        planner.setup(world, seed=0)
+        middle = (world.lower + world.upper) / 2
+        planner.solve(Problem(middle, middle + 0.1), planners.Budget(np.inf))
+
+    return set_up
+
+
+PARTS = (
+    {"meshes": _meshes, "arms": _arms, "fields of arms": _field_in("arm4")},
+    {"fields": _field_in("c3d"), "fields in rooms": _field_in("gibson-generated")},
+)
+
+QUICK = {"meshes", "arms", "fields"}
+"""What tests need that are not slow."""
+
+ALL = {name for parts in PARTS for name in parts}
+
+if __name__ == "__main__":
+    for parts in PARTS:
+        for name, compile_part in parts.items():
+            if name in sys.argv[1:]:
+                compile_part()
+                _mark(name).touch()
