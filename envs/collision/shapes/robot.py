@@ -19,6 +19,7 @@ class Robot(Protocol):
     time, and must never be too small.
 
     Example:
+        >>> import numpy as np
         >>> from envs.robots.point import PointRobot
         >>> robot = PointRobot(radius=0.5)
         >>> [(rotation, position)] = robot.poses(np.array([1.0, 2.0, 3.0]))
