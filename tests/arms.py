@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from envs import Environment
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere, Spheres
+from envs.collision.shapes import SIZED, Box, Cylinder, PlacedShape, Solid, Sphere, Spheres
 from envs.problem import Array
 from envs.robots.arm import Arm, Part, RobotArrays
 from envs.robots.chain import Chain, Joint, Link
@@ -94,9 +94,10 @@ def spheres_within(solid: Solid, slack: float) -> Spheres:
 
 
 def within(arm: Arm) -> RobotArrays:
-    """An arm's view by spheres within its solids: clearances from these are never less than the
+    """An arm by spheres within its solids: clearances from these are never less than the
     true ones."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("envs.robots.arm.cover", spheres_within)
-        view = Arm(arm.chain, arm.parts, arm.self_collision).arrays
-    return view._replace(pairs=arm.arrays.pairs)
+        for kind in SIZED.values():
+            patch.setattr(kind, "sphere_cover", spheres_within)
+        arrays = Arm(arm.chain, arm.parts, arm.self_collision).arrays
+    return arrays._replace(pairs=arm.arrays.pairs)

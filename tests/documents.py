@@ -46,7 +46,7 @@ class Block:
 
 @cache
 def _tests() -> str:
-    files = sorted(Path(__file__).parent.glob("test_*.py"))
+    files = sorted(Path(__file__).parent.rglob("test_*.py"))
     return "\n".join(file.read_text(encoding="utf-8") for file in files)
 
 

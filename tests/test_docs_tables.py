@@ -7,6 +7,7 @@ from documents import ROOT
 from records import recorded, row
 
 from bench.analysis import comparison, summary
+from bench.judging.metrics import METRICS
 from bench.report import formatting
 from bench.storage.record import LATE, Fault, Verdict
 from planners import Status
@@ -15,19 +16,30 @@ TABLES = (ROOT / "docs" / "tables.md").read_text(encoding="utf-8")
 OUTCOMES = (ROOT / "docs" / "outcomes.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("columns", [summary.COLUMNS, comparison.COLUMNS])
+PRIMARY = [metric for metric in METRICS if metric.primary]
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [summary.columns(PRIMARY), [metric.name for metric in METRICS], comparison.COLUMNS],
+    ids=["summary", "metrics", "comparison"],
+)
 def test_every_column_of_the_files_is_explained(columns: tuple[str, ...]) -> None:
     assert [name for name in columns if f"`{name}`" not in TABLES] == []
 
 
 def test_every_column_that_is_printed_is_explained() -> None:
-    rows = [row(name, 0, "VALID", solve_s=1.0, length=2.0) for name in ("p", "q")]
+    values = {metric.name: 1.0 for metric in METRICS}
+    rows = [row(name, 0, "VALID", solve_s=1.0, **values) for name in ("p", "q")]
     straight = {"id": "c3d", "fingerprint": "f", "straight_lines": "B"}
     run = recorded(rows, envs=[straight])
-    [first, _] = formatting.success_rows(run.summary, "std")
-    [common, _] = formatting.common_rows(run.common)
+    [first, _] = formatting.success_rows(run)
+    [further, _] = formatting.further_rows(run)
+    [common, _] = formatting.common_rows(run)
     assert formatting.BLOCKED_SUCCESS in first
-    assert [title for title in (first | common) if f"`{title}`" not in TABLES] == []
+    assert len(further) == 2 + len(METRICS) - len(PRIMARY)
+    titles = first | further | common
+    assert [title for title in titles if f"`{title}`" not in TABLES] == []
 
 
 def test_every_outcome_is_explained() -> None:

@@ -24,6 +24,9 @@ _REST = (
 )
 _MOMENTS = ("mean", "std", "var", "median")
 
+_PROBLEM = ["env_fingerprint", "problem"]
+"""What tells a problem from others, also where several environments are summed up as one."""
+
 CENSORED_TIME = "time_s_median_censored"
 
 
@@ -83,7 +86,7 @@ def _row(
     row: dict[str, object] = {
         "env": env,
         "planner": planner,
-        "problems": all_records["problem"].nunique(),
+        "problems": all_records.groupby(_PROBLEM).ngroups,
         "attempted": len(records),
         "solved": len(solved),
         "success_rate": len(solved) / len(records) if len(records) else math.nan,
@@ -110,7 +113,7 @@ def _success_interval(records: pd.DataFrame, successes: pd.Series) -> tuple[floa
     """Of the success rate; attempts at one problem are not independent of each other."""
     if records.empty:
         return math.nan, math.nan
-    by_problem = successes.groupby(records["problem"])
+    by_problem = successes.groupby([records[column] for column in _PROBLEM])
     return clustered_wilson_interval(by_problem.sum(), by_problem.count())
 
 

@@ -28,8 +28,8 @@ from envs import Environment, Path, Problem
 
 logger = logging.getLogger(__name__)
 
-_SOME = 1000
-"""Rows after which what was computed is stored, and a word is said."""
+_SOME = 100
+"""Rows after which what was computed is stored."""
 
 
 def judged(judge: Judge, problem: Problem, attempt: Attempt) -> Judgement | None:
@@ -82,11 +82,11 @@ def add_missing_metrics(
     """
     valid = held[(held["verdict"] == Verdict.VALID.value) & held["problem"].isin(list(problems))]
     rows = [(row, missing) for row in valid.to_dict("records") if (missing := _missing(row))]
+    if rows:
+        names = dict.fromkeys(metric.name for _, missing in rows for metric in missing)
+        logger.info("computing %s of %d stored solutions", ", ".join(names), len(rows))
     for begin in range(0, len(rows), _SOME):
         store.add_metrics(list(_completed(rows[begin : begin + _SOME], env, problems)))
-        if len(rows) > _SOME:
-            done = min(begin + _SOME, len(rows))
-            logger.info("metrics that older rows lack: %d of %d", done, len(rows))
 
 
 def _missing(row: Mapping[Any, Any]) -> list[Metric]:

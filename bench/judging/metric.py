@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cache
@@ -93,13 +94,12 @@ class Metric:
     origin: str = ""
 
     def __post_init__(self) -> None:
-        if not (
-            self.name.isidentifier() and self.name.isascii() and self.name == self.name.lower()
-        ):
+        if not isinstance(self.name, str) or not re.fullmatch("[a-z_][a-z0-9_]*", self.name):
             raise InputError(
                 f"metric {self.name!r}: its name must be of small letters, digits and _"
             )
-        if not self.title or not self.title.isprintable() or not self.unit.isprintable():
+        texts = [self.title, self.unit, self.origin]
+        if not self.title or not all(isinstance(t, str) and t.isprintable() for t in texts):
             raise InputError(f"metric {self.name!r}: its title and unit must be printable texts")
         if isinstance(self.digits, bool) or self.digits not in range(_MOST_DIGITS + 1):
             raise InputError(f"metric {self.name!r}: digits must be from 0 to {_MOST_DIGITS}")

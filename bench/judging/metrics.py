@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -127,8 +128,11 @@ METRICS = (
 )
 """This program's own."""
 
-RESERVED = ("success",)
-"""Names of what is compared beside metrics."""
+RESERVED = ("success", "blocked_length", "cpu_share")
+"""Names of what is compared beside metrics, and of other means and medians in summaries."""
+
+TITLES = ("env", "planner", "problems", "n", "success", "setup", "training", "offline", "outcomes")
+"""Of what tables have beside metrics, without units."""
 
 
 class _Registered:
@@ -145,6 +149,11 @@ class _Registered:
         if metric.name in self._metrics or metric.name in (*RESERVED, *taken):
             raise InputError(
                 f"metric {metric.name!r} of {metric.origin}: the name is taken; choose another"
+            )
+        if metric.title in (*TITLES, *(other.title for other in self)):
+            raise InputError(
+                f"metric {metric.name!r} of {metric.origin}: the title {metric.title!r} is taken; "
+                "choose another"
             )
         self._metrics[metric.name] = metric
 
@@ -183,5 +192,8 @@ def known_metrics(definitions: Sequence[dict[str, Any]] = ()) -> tuple[Metric, .
     for definition in definitions:
         if definition.get("name") not in found:
             metric = defined(definition)
-            found[metric.name] = metric
+            taken = {other.title for other in found.values()}
+            found[metric.name] = (
+                replace(metric, title=metric.name) if metric.title in taken else metric
+            )
     return tuple(found.values())

@@ -75,13 +75,16 @@ FIGURES = pd.DataFrame(
 )
 
 
+OTHER = {"env": "other", "env_fingerprint": "g"}
+
+
 def test_rows_beside_the_papers_by_hand() -> None:
     rows = [
         row("a", 0, "VALID", solve_s=1.0, length=10.0, safety_margin=0.5),
         row("a", 1, "VALID", solve_s=3.0, length=20.0, safety_margin=1.5),
         row("a", 2, "COLLISION", solve_s=9.0),
         row("b", 0, "TIMEOUT"),
-        row("a", 0, "VALID", env="other", solve_s=2.0, length=30.0, safety_margin=1.0),
+        row("a", 0, "VALID", **OTHER, solve_s=2.0, length=30.0, safety_margin=1.0),
     ]
     a, b = rows_beside(recorded(rows), FIGURES)
     assert (a["planner"], a["problems"], a["solved"]) == ("a", 4, 3)

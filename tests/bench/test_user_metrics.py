@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +73,18 @@ def test_the_metric_of_the_documentation_is_short_and_stands_everywhere(
 
 
 @pytest.mark.slow
+def test_the_commands_of_the_documentation_work(
+    bench: Cli, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(file.parent)
+    for line in block_after("metric commands").splitlines():
+        name, *arguments = shlex.split(line)
+        code, out, err = bench(*arguments)
+        assert (name, code) == ("bench", 0), err
+        assert "detour" in out or arguments[0] == "check"
+
+
+@pytest.mark.slow
 def test_attempts_that_were_made_without_it_get_it(bench: Cli, file: Path, tmp_path: Path) -> None:
     first, later = tmp_path / "first", tmp_path / "later"
     assert bench(*RUN, "--out", first, "--metric-file", file)[0] == 0
@@ -112,6 +125,10 @@ def test_one_that_fails_has_no_value_and_loses_no_attempt(bench: Cli, tmp_path: 
         ("M = Metric('length', 'l', '', 2, 'lower', f)", "'length' of "),
         ("M = Metric('problem', 'l', '', 2, 'lower', f)", "the name is taken"),
         ("M = Metric('success', 'l', '', 2, 'lower', f)", "the name is taken"),
+        ("M = Metric('a', 'length', '', 2, 'lower', f)", "the title 'length' is taken"),
+        ("M = Metric('a', 'planner', '', 2, 'lower', f)", "the title 'planner' is taken"),
+        ("M = Metric(3, 'l', '', 2, 'lower', f)", "small letters, digits and _"),
+        ("M = Metric('a', 3, '', 2, 'lower', f)", "title and unit must be printable"),
         ("M = Metric('A b', 'l', '', 2, 'lower', f)", "small letters, digits and _"),
         ("M = Metric('a', '', '', 2, 'lower', f)", "title and unit must be printable"),
         ("M = Metric('a', 'l', '', 2.5, 'lower', f)", "digits must be from 0 to 12"),

@@ -95,7 +95,7 @@ class Slowed(Arm):
         return super().motion_bound(a, b) / 2
 
     @cached_property
-    def view(self) -> RobotArrays:
+    def arrays(self) -> RobotArrays:
         whole = super().arrays
         return whole._replace(reach=whole.reach / 2)
 
