@@ -29,6 +29,8 @@ PARTS: tuple[dict[str, Callable[[], None]], ...]
 
 def compile_all(names: set[str]) -> None:
     """Compiles some of the parts, in a process for each entry of `PARTS` that lacks any."""
+    if not cache_folder():
+        return  # Numba keeps it beside the sources, if anywhere
     wanted = [[n for n in parts if n in names and not _mark(n).exists()] for parts in PARTS]
     started = [subprocess.Popen([sys.executable, __file__, *some]) for some in wanted if some]
     for process in started:

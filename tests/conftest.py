@@ -109,6 +109,13 @@ def records_of(folder: Path) -> pd.DataFrame:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def registries_have_read_what_is_installed() -> None:
+    """Before any test installs something, which they would go on to have after it."""
+    for registry in (envs.REGISTRY, planners.REGISTRY):
+        registry.specs()
+
+
+@pytest.fixture(scope="session", autouse=True)
 def free_space_is_explored_once() -> Iterator[None]:
     """What proves problems solvable is computed once for each world in a process, however often
     the world is made: it takes longer than the rest of a short run."""

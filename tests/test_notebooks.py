@@ -24,6 +24,7 @@ def test_it_is_stored_without_outputs(file: Path) -> None:
     assert all(not cell.outputs and cell.execution_count is None for cell in code)
 
 
+@pytest.mark.slow
 def test_the_first_run_shows_progress_a_table_a_plot_and_verdicts(tmp_path: Path) -> None:
     [file] = [file for file in NOTEBOOKS if file.stem == "first_run"]
     notebook = nbformat.read(file, as_version=4)

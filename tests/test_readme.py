@@ -61,6 +61,7 @@ def test_the_commands_and_entries_it_shows_are_accepted() -> None:
             assert planners.REGISTRY.entries(chosen["planners"])
 
 
+@pytest.mark.slow
 def test_the_quick_start_goes_through(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -81,6 +82,7 @@ def test_no_block_is_forgotten() -> None:
     assert {block.name for block in BLOCKS if not block.is_run} == NOT_RUN.keys()
 
 
+@pytest.mark.slow
 def test_the_arm_and_the_scene_it_shows_make_a_world(bench: Cli, tmp_path: Path) -> None:
     [arm], [scene] = blocks("xml"), blocks("yaml")
     (tmp_path / "arm.urdf").write_text(arm, encoding="utf-8")

@@ -1,41 +1,13 @@
-"""The real rooms of the folder of meshes, through the command line, at what is asked of them."""
+"""Planners without training in the real rooms of the folder of meshes."""
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
-import briefly_trained
 import pytest
-from conftest import has_data, records_of
-
-from bench.execution.worker_process import ONE_THREAD
+from real_rooms import ROOMS, solved
 
 pytestmark = pytest.mark.slow(minutes=5)
-
-ROOMS = ("office_small", "office_large", "meeting_room")
-
-
-def solved(command: list[str], room: str, planners: str, out: Path) -> dict[str, int]:
-    """How many of 100 problems in a room each planner solves, by a command line that runs them."""
-    if not has_data(f"rooms/{room}_zup.ply"):
-        pytest.skip("BENCH_DATA has no rooms")
-    path = Path(os.environ["BENCH_DATA"]) / f"rooms/{room}_zup.ply"
-    env = f"mesh:file={path},kind=interior,robot_radius=0.15"
-    chosen = ("--env", env, "--planners", planners, "--problems", "100", "--seed", "2026")
-    done = subprocess.run(
-        [sys.executable, *command, "run", *chosen, "--stop", "first", "--out", str(out / "run")],
-        env={**os.environ, **ONE_THREAD, "XDG_CACHE_HOME": str(out / "cache")},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    records = records_of(out / "run")
-    counts = (records["outcome"] == "VALID").groupby(records["planner"]).sum()
-    return {str(planner): int(count) for planner, count in counts.items()}
 
 
 @pytest.mark.parametrize("room", ROOMS)
@@ -43,11 +15,3 @@ def test_classical_planners_solve_99_of_100(room: str, tmp_path: Path) -> None:
     counts = solved(["-m", "bench"], room, "fmm,rrtconnect", tmp_path)
     assert counts["fmm"] >= 99
     assert counts["rrtconnect"] >= 99
-
-
-@pytest.mark.parametrize("room", ROOMS)
-def test_ntfields_solves_95_of_100_after_an_eighth_of_its_training(
-    room: str, tmp_path: Path
-) -> None:
-    counts = solved([briefly_trained.__file__], room, "ntfields", tmp_path)
-    assert counts["ntfields"] >= 95

@@ -26,6 +26,7 @@ PRIMARY = tuple(metric for metric in METRICS if metric.primary)
 RUN = ("run", "--env", "c3d", "--planners", "rrtconnect,ntfields", "--stop", "first", "--seed", 3)
 
 
+@pytest.mark.slow
 def test_each_repeat_has_a_seed_of_its_own_and_the_first_is_as_without(
     bench: Cli, tmp_path: Path
 ) -> None:
@@ -49,6 +50,7 @@ def test_each_repeat_has_a_seed_of_its_own_and_the_first_is_as_without(
     assert "2 problems an environment, 3 attempts a problem" in (thrice / "summary.md").read_text()
 
 
+@pytest.mark.slow
 def test_more_repeats_of_a_held_run_measure_only_what_is_new(bench: Cli, tmp_path: Path) -> None:
     few = (*RUN, "--problems", 2, "--out", tmp_path)
     assert bench(*few)[0] == 0
@@ -65,6 +67,7 @@ def test_more_repeats_of_a_held_run_measure_only_what_is_new(bench: Cli, tmp_pat
         assert bench(*command)[0] == 0
 
 
+@pytest.mark.slow
 def test_one_of_them_is_made_again_by_replay(bench: Cli, tmp_path: Path) -> None:
     assert bench(*RUN, "--problems", 2, "--repeats", 2, "--out", tmp_path)[0] == 0
     attempt = ("replay", tmp_path, "--planner", "rrtconnect", "--problem", 1)

@@ -36,6 +36,7 @@ def file(tmp_path: Path) -> Path:
     return made
 
 
+@pytest.mark.slow
 def test_the_metric_of_the_documentation_is_short_and_stands_everywhere(
     bench: Cli, file: Path, tmp_path: Path
 ) -> None:
@@ -71,6 +72,7 @@ def test_the_metric_of_the_documentation_is_short_and_stands_everywhere(
     assert "detour" in (folder / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_documentation_work(
     bench: Cli, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -82,6 +84,7 @@ def test_the_commands_of_the_documentation_work(
         assert "detour" in out or arguments[0] == "check"
 
 
+@pytest.mark.slow
 def test_attempts_that_were_made_without_it_get_it(bench: Cli, file: Path, tmp_path: Path) -> None:
     first, later = tmp_path / "first", tmp_path / "later"
     assert bench(*RUN, "--out", first, "--metric-file", file)[0] == 0

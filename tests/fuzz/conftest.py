@@ -7,6 +7,8 @@ from collections.abc import Iterator
 import fuzzing
 import pytest
 
+import envs
+
 
 @pytest.fixture(
     autouse=True,
@@ -15,6 +17,12 @@ import pytest
 def share_of_inputs(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Few inputs in each run of the tests, all of them where slow ones are run."""
     monkeypatch.setattr(fuzzing, "SHARE", request.param)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled() -> None:
+    """What an arm has Numba compile the first time is not on the clock of a parser."""
+    envs.make("arm5:self_collision=true")
 
 
 @pytest.fixture(autouse=True)
