@@ -11,11 +11,14 @@ _KEPT = 2  # columns that say what a row is about
 _ALWAYS = ("verdict",)
 """Titles of columns that are what a table is for."""
 
+_FIRST = ("blocked: ", "offline ", "problems")
+"""How the titles of columns begin that are left out before others."""
+
 
 def fitted(text: str, width: int) -> str:
     """Text in which every Markdown table is at most so many characters wide, as far as leaving out
-    columns makes it so: from the right on, but for the first two and the verdict. A line below a
-    table names what was left out."""
+    columns makes it so: details first, then from the right on, but for the first two and the
+    verdict. A line below a table names what was left out."""
     parts = []
     for is_table, lines in groupby(text.split("\n"), key=lambda line: line.startswith("|")):
         block = list(lines)
@@ -28,7 +31,8 @@ def _fitted(lines: list[str], width: int) -> list[str]:
     columns = list(zip(*rows, strict=False))
     titles = [cells[0].strip() for cells in columns]
     shown = list(range(len(columns)))
-    for column in reversed(range(_KEPT, len(columns))):
+    order = sorted(range(_KEPT, len(columns)), key=lambda i: (not titles[i].startswith(_FIRST), -i))
+    for column in order:
         if 1 + sum(len(columns[i][0]) + 1 for i in shown) <= width:
             break
         if titles[column] not in _ALWAYS:

@@ -18,10 +18,12 @@ from bench.judging.metrics import REGISTERED
 from bench.storage.record import (
     KEY,
     OF_ANY_PATH,
+    VERSIONS,
     Verdict,
     cost_history,
     decode_path,
     known_metrics,
+    versions_of,
 )
 from bench.storage.store import Store
 from envs import Environment, Path, Problem
@@ -62,16 +64,23 @@ def stored_metrics(judgement: Judgement | None) -> str:
     """A record's `metrics`: of a valid path all, of another what means something of it, too."""
     if judgement is None:
         return "{}"
+    if judgement.metrics:
+        return _with_versions(judgement.metrics)
     known = {name: getattr(judgement, name) for name in OF_ANY_PATH}
-    rest = {name: value for name, value in known.items() if value is not None}
-    return json.dumps(dict(judgement.metrics) or rest)
+    return json.dumps({name: value for name, value in known.items() if value is not None})
+
+
+def _with_versions(values: Mapping[str, float | None]) -> str:
+    """Values as a record keeps them, with the versions of the metrics that have one."""
+    versions = {m.name: m.version for m in REGISTERED if m.version and m.name in values}
+    return json.dumps({**values, **({VERSIONS: versions} if versions else {})})
 
 
 def add_missing_metrics(
     store: Store, held: pd.DataFrame, env: Environment, problems: Mapping[int, Problem]
 ) -> None:
     """Computes what stored solutions have no value of, since they were made before there was the
-    metric, from their paths as they were judged.
+    metric, or by another version of it, from their paths as they were judged.
 
     Args:
         held: rows of the store, in this environment.
@@ -90,7 +99,12 @@ def add_missing_metrics(
 
 
 def _missing(row: Mapping[Any, Any]) -> list[Metric]:
-    return [metric for metric in REGISTERED if metric.name not in known_metrics(row["metrics"])]
+    known, versions = known_metrics(row["metrics"]), versions_of(row["metrics"])
+    return [
+        metric
+        for metric in REGISTERED
+        if metric.name not in known or versions.get(metric.name, "") != metric.version
+    ]
 
 
 def _completed(
@@ -109,4 +123,6 @@ def _completed(
         )
         path = decode_path(row["path"])
         found = measure(missing, env, problems[row["problem"]], path, facts)
-        yield [row[name] for name in KEY], json.dumps(known_metrics(row["metrics"]) | found)
+        anew = {metric.name for metric in missing}
+        kept = {n: v for n, v in known_metrics(row["metrics"]).items() if n not in anew}
+        yield [row[name] for name in KEY], _with_versions(kept | found)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import re
+import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cache
@@ -69,6 +70,7 @@ class Metric:
         primary: bool, whether it stands in the main table and is compared unless others are asked
             for.
         origin: str, the file or package that it is from; empty for this program's.
+        version: str, changes with how it is computed: values of another one are computed anew.
 
     Raises:
         InputError: one of them is none.
@@ -92,13 +94,14 @@ class Metric:
     timed: bool = False
     primary: bool = False
     origin: str = ""
+    version: str = ""
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch("[a-z_][a-z0-9_]*", self.name):
             raise InputError(
                 f"metric {self.name!r}: its name must be of small letters, digits and _"
             )
-        texts = [self.title, self.unit, self.origin]
+        texts = [self.title, self.unit, self.origin, self.version]
         if not self.title or not all(isinstance(t, str) and t.isprintable() for t in texts):
             raise InputError(f"metric {self.name!r}: its title and unit must be printable texts")
         if isinstance(self.digits, bool) or self.digits not in range(_MOST_DIGITS + 1):
@@ -158,26 +161,29 @@ def measure(
     attempt: SolvedAttempt,
 ) -> dict[str, float | None]:
     """A valid path's value of each metric, by name; None where it has none. A metric that fails is
-    named in a warning, once, and has none: no attempt is lost by it.
+    named in a warning, once, and left out: no attempt is lost by it, and it can be mended.
 
     Args:
         path: (k, d).
     """
-    return {metric.name: _value(metric, env, problem, path, attempt) for metric in metrics}
+    values = {}
+    for metric in metrics:
+        try:
+            value = metric.compute(env, problem, path, attempt)
+            number = None if value is None else float(value)
+        except Exception as error:  # noqa: BLE001  a stranger's may fail in any way
+            _warn(metric.name, reason(error), _place(error))
+            continue
+        values[metric.name] = None if number is None or math.isnan(number) else number
+    return values
 
 
-def _value(
-    metric: Metric, env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
-) -> float | None:
-    try:
-        value = metric.compute(env, problem, path, attempt)
-        number = None if value is None else float(value)
-    except Exception as error:  # noqa: BLE001  a stranger's may fail in any way
-        _warn(metric.name, reason(error))
-        return None
-    return None if number is None or math.isnan(number) else number
+def _place(error: BaseException) -> str:
+    """The file and line where it was raised."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{last.filename}, line {last.lineno}"
 
 
 @cache
-def _warn(name: str, why: str) -> None:
-    logger.warning("metric %r has no value where it fails: %s", name, why)
+def _warn(name: str, why: str, where: str) -> None:
+    logger.warning("metric %r fails, and has no value there: %s (%s)", name, why, where)

@@ -18,7 +18,7 @@ from bench.judging.metric import Metric
 from bench.storage.record import COLUMNS
 from envs import InputError
 from envs.errors import reason
-from envs.registry.spec import is_file, module_of
+from envs.registry.spec import digest, is_file, module_of
 
 logger = logging.getLogger(__name__)
 
@@ -53,7 +53,8 @@ def metrics_of_file(file: Path) -> list[Metric]:
     made = [metric for metric in dict.fromkeys(found) if not metric.origin]
     if not made:
         raise InputError(f"{file} defines no bench.Metric; give one a name, as in METRIC = Metric(")
-    return [replace(metric, origin=str(file)) for metric in made]
+    version = digest(file)
+    return [replace(metric, origin=str(file), version=version) for metric in made]
 
 
 def _of_packages() -> list[Metric]:
@@ -70,4 +71,7 @@ def _announced(point: EntryPoint) -> Metric | None:
     except (Exception, SystemExit) as error:  # noqa: BLE001  may fail in any way
         logger.warning("metric plug-in %r is skipped: %s", point.name, reason(error))
         return None
-    return replace(metric, origin=point.dist.name if point.dist else point.value)
+    if point.dist is None:
+        return replace(metric, origin=point.value)
+    version = metric.version or point.dist.version
+    return replace(metric, origin=point.dist.name, version=version)

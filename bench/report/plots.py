@@ -16,7 +16,7 @@ from envs.errors import InputError, UnknownNameError
 
 def success(run: RunResults, env: str | None, ax: Axes | None) -> Axes:
     """The share of problems solved over planning time; see `bench.Run.plot_success`."""
-    axes = ax if ax is not None else plt.subplots()[1]
+    axes = ax if ax is not None else plt.subplots(layout="constrained")[1]
     chosen, records = _of(run, env)
     for planner, attempts in records.groupby("planner", sort=False):
         solved = (attempts["outcome"] == Verdict.VALID.value).to_numpy()
@@ -34,7 +34,7 @@ def metric(run: RunResults, name: str, env: str | None, ax: Axes | None) -> Axes
     known = {metric.name: metric for metric in run.metrics}
     if name not in known:
         raise UnknownNameError("metric", name, known)
-    axes = ax if ax is not None else plt.subplots()[1]
+    axes = ax if ax is not None else plt.subplots(layout="constrained")[1]
     chosen, records = _of(run, env)
     solved = records[records["outcome"] == Verdict.VALID.value]
     values = {str(p): rows[name].dropna() for p, rows in solved.groupby("planner", sort=False)}
@@ -48,7 +48,7 @@ def metric(run: RunResults, name: str, env: str | None, ax: Axes | None) -> Axes
 
 def costs(run: RunResults, env: str | None, problem: int | None, ax: Axes | None) -> Axes:
     """The best length over time; see `bench.Run.plot_anytime`."""
-    axes = ax if ax is not None else plt.subplots()[1]
+    axes = ax if ax is not None else plt.subplots(layout="constrained")[1]
     chosen, records = _of(run, env)
     if problem is not None:
         records = records[records["problem"] == problem]
@@ -70,6 +70,10 @@ def costs(run: RunResults, env: str | None, problem: int | None, ax: Axes | None
     axes.set(title=chosen if problem is None else f"{chosen}, problem {problem}")
     if axes.get_legend_handles_labels()[0]:
         axes.legend()
+    else:
+        axes.text(
+            0.5, 0.5, "no planner here improves its path", transform=axes.transAxes, ha="center"
+        )
     return axes
 
 

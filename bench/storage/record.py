@@ -121,6 +121,16 @@ def with_metrics(records: pd.DataFrame) -> pd.DataFrame:
     return whole
 
 
+VERSIONS = "versions"
+"""Under which the metrics of a record have the versions of those that have one, by name."""
+
+
+def versions_of(text: str) -> dict[str, str]:
+    """The versions of a record's metrics, by name."""
+    found = json.loads(text).get(VERSIONS)
+    return found if isinstance(found, dict) else {}
+
+
 def known_metrics(text: str) -> dict[str, float | None]:
     """The metrics of a record, by name."""
     found = json.loads(text)

@@ -143,6 +143,7 @@ class ArmWorld(Environment):
 
     def _part_clearances(self, q: Array) -> Array:
         found = np.empty(self.robot.moving)
+        q = np.array(q)  # may be read-only, for which Numba would compile all of it once more
         arm_clearance.part_clearances(self.robot.arrays, self.scene, q, found)
         return found
 

@@ -108,12 +108,35 @@ def test_one_that_fails_has_no_value_and_loses_no_attempt(bench: Cli, tmp_path: 
     )
     code, out, err = bench(*RUN, "--out", tmp_path / "run", "--metric-file", file)
     assert code == 0, err
-    assert err.count("metric 'fails' has no value where it fails: ZeroDivisionError") == 1
-    assert err.count("metric 'word' has no value where it fails: ValueError") == 1
+    assert err.count("metric 'fails' fails, and has no value there: ZeroDivisionError: ") == 1
+    assert err.count(f"({file}, line 3)") == 1
+    assert err.count("metric 'word' fails, and has no value there: ValueError: ") == 1
     records = records_of(tmp_path / "run")
-    assert records["fails"].isna().all()
+    assert not {"fails", "word"} & {*records.columns} or records["fails"].isna().all()
     assert records["solved"].sum() > 0
     assert "fails" not in out, "a column without a value is left out"
+
+
+def test_one_that_is_mended_or_changed_is_computed_anew(
+    bench: Cli, file: Path, tmp_path: Path
+) -> None:
+    right = file.read_text()
+    command = (*RUN, "--out", tmp_path / "run", "--metric-file", file)
+    file.write_text(right.replace("np.diff", "np.dif"))
+    assert bench(*command)[0] == 0
+    before = records_of(tmp_path / "run")
+    assert before["detour"].isna().all()
+    file.write_text(right)
+    assert bench(*command)[0] == 0
+    mended = records_of(tmp_path / "run")
+    assert mended[mended["solved"] == 1]["detour"].notna().all()
+    file.write_text(right.replace("steps.sum()", "1000 * steps.sum()"))
+    assert bench(*command)[0] == 0
+    changed = records_of(tmp_path / "run")
+    assert np.allclose(changed["detour"], 1000 * mended["detour"], equal_nan=True)
+    assert changed["measured_at"].equals(before["measured_at"]), "no planner ran again"
+    out = bench(*command)[2]
+    assert "computing" not in out, "nothing is left to compute"
 
 
 @pytest.mark.parametrize(
