@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,7 @@ import pandas as pd
 import plugins
 import pytest
 from conftest import Cli
-from documents import block_after
+from documents import ROOT, block_after
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -51,18 +52,19 @@ def test_the_environment_is_found_and_planned_in_once_it_is_installed(tmp_path: 
     site = tmp_path / "site"
     site.mkdir()
     plugins.install(site, "slalom", block_after("environment"), points)
-    command = (
-        *("run", "--env", "slalom:walls=5", "--planners", "rrtconnect", "--problems", "3"),
-        *("--stop", "first", "--out", str(tmp_path / "run")),
-    )
-    done = subprocess.run(
-        [sys.executable, "-m", "bench", *command],
-        env={**os.environ, "PYTHONPATH": str(site)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    summary = pd.read_csv(tmp_path / "run" / "summary.csv")
+    for line in block_after("environment commands").splitlines():
+        name, *command = shlex.split(line)
+        assert name == "bench"
+        done = subprocess.run(
+            [sys.executable, "-m", "bench", *command],
+            env={**os.environ, "PYTHONPATH": f"{site}{os.pathsep}{ROOT}"},
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "slalom.png").stat().st_size > 0
+    summary = pd.read_csv(tmp_path / "results" / "runs" / "slalom" / "summary.csv")
     assert summary["env"].tolist() == ["slalom:walls=5"]
     assert summary["solved"].tolist() == [3]
