@@ -62,7 +62,7 @@ def test_starts_lie_where_speed_changes_and_goals_anywhere(c3d: Environment) -> 
 def test_near_pairs_are_drawn_more_often(c3d: Environment, tmp_path: Path) -> None:
     objective = PublishedPhysics(pairs=20_000, batch=20_000)
     objective.prepare(c3d, 0, tmp_path / "kept", lambda share: None)
-    all_starts, all_goals, *_ = objective._held
+    all_starts, all_goals, *_ = objective._samples
     starts, goals, at_start, _ = objective.draw(np.random.default_rng(3))
     distance, drawn = ((a - b).norm(dim=-1) for a, b in ((all_starts, all_goals), (starts, goals)))
     weight = 1 / distance.clamp(min=0.01)
