@@ -57,6 +57,7 @@ def test_errors_tell_what_happened(bench: Cli, faulty: list[str], tmp_path: Path
     assert "waypoint 1 of 3" in errors["out-of-bounds"]
 
 
+@pytest.mark.slow
 def test_what_a_planner_prints_stays_out_of_the_table(
     bench: Cli, faulty: list[str], tmp_path: Path
 ) -> None:
@@ -70,6 +71,7 @@ def test_what_a_planner_prints_stays_out_of_the_table(
     assert len(records_of(tmp_path)) == 3
 
 
+@pytest.mark.slow
 def test_a_valid_path_after_the_limit_is_late(
     bench: Cli, faulty: list[str], tmp_path: Path
 ) -> None:

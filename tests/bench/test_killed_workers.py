@@ -81,6 +81,7 @@ def dies_when_set_up(monkeypatch: pytest.MonkeyPatch) -> set[int]:
     return dying
 
 
+@pytest.mark.slow
 def test_a_first_process_that_is_killed_is_followed_by_another(
     bench: Cli, dies_when_set_up: set[int], tmp_path: Path
 ) -> None:

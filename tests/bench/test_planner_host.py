@@ -355,6 +355,7 @@ def test_a_strangers_network_is_trained_there_before_a_run(
     assert set(records_of(tmp_path / "run")["train_s"]) == {3.0}
 
 
+@pytest.mark.training
 def test_a_training_that_fails_there_is_the_outcome_of_every_problem(
     bench: Cli, learner: Path, tmp_path: Path
 ) -> None:

@@ -190,6 +190,7 @@ def test_the_median_of_attempts_by_problem() -> None:
     assert curve.cost[1] == np.inf, "of 5 and infinity"
 
 
+@pytest.mark.slow
 def test_the_plot_has_a_line_a_planner_that_improves_and_dots(tmp_path: Path) -> None:
     run = package.run(
         "c3d",

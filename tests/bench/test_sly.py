@@ -145,6 +145,7 @@ def _check_storable(attempt: Attempt) -> None:
     assert len(attempt.error) < 30_000
 
 
+@pytest.mark.slow
 def test_a_worker_may_say_no_time_but_the_harnesss(c3d: Environment) -> None:
     with worker(c3d, sly_planners.SpeaksWrongly) as asked:
         for i, said in enumerate(sly_planners.SpeaksWrongly.SAYS):
@@ -155,6 +156,7 @@ def test_a_worker_may_say_no_time_but_the_harnesss(c3d: Environment) -> None:
             assert "it said that it took" in attempt.error
 
 
+@pytest.mark.slow
 def test_costs_are_the_attempts_own(c3d: Environment) -> None:
     with worker(c3d, sly_planners.TakesLong) as asked:
         solve(asked, 4)

@@ -198,6 +198,7 @@ def test_without_training_the_planner_is_skipped_and_tried_later(
     assert len(rows(folder)) == 2
 
 
+@pytest.mark.training
 def test_a_training_that_fails_is_in_the_table(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -97,6 +97,7 @@ def test_attempts_that_were_made_without_it_get_it(bench: Cli, file: Path, tmp_p
     assert after["detour"].equals(records_of(first)["detour"]), "of the same paths"
 
 
+@pytest.mark.slow
 def test_one_that_fails_has_no_value_and_loses_no_attempt(bench: Cli, tmp_path: Path) -> None:
     file = tmp_path / "fails.py"
     file.write_text(
@@ -205,6 +206,7 @@ def test_one_that_changes_the_benchmark_is_refused(
     assert "was changed by a package with environments or by metrics" in err
 
 
+@pytest.mark.slow
 def test_an_installed_one_is_measured_and_a_broken_one_is_skipped(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

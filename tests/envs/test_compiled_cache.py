@@ -70,6 +70,7 @@ def test_other_sources_have_another_folder(copy: Path, tmp_path: Path) -> None:
     assert len(list((tmp_path / "cache").iterdir())) == 2
 
 
+@pytest.mark.slow
 def test_what_calls_a_changed_function_is_compiled_again(copy: Path, tmp_path: Path) -> None:
     """Numba by itself goes on with what it compiled of the caller, whose file is the same."""
     (copy / "envs" / "upper.py").write_text(UPPER.replace("import lower", "from envs import lower"))

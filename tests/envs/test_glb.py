@@ -184,6 +184,7 @@ def test_what_is_not_supported_is_named(name: str, tmp_path: Path) -> None:
         read(tmp_path, "a.glb", glb(content, *arrays))
 
 
+@pytest.mark.slow
 def test_many_instances_are_refused_before_they_are_made(tmp_path: Path) -> None:
     """A file of 1 MB that would be billions of faces."""
     count = 12_000

@@ -73,6 +73,7 @@ def test_a_closed_mesh_needs_no_lid() -> None:
     assert cap_holes(mesh) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inward", [False, True])
 def test_a_lid_closes_a_box_without_a_top(inward: bool) -> None:
     open_box = without(BOX, axis=2, beyond=2.9)

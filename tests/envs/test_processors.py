@@ -125,6 +125,7 @@ def test_data_are_made_in_as_many_processes_as_there_are_cores_for_this_one(
     assert answer.stdout.strip() == "1", answer.stderr
 
 
+@pytest.mark.slow
 @LINUX
 def test_jobs_are_bounded_by_the_cores_for_this_process(tmp_path: Path) -> None:
     one = min(os.sched_getaffinity(0))

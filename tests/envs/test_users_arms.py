@@ -76,6 +76,7 @@ def test_ends_that_cannot_be_joined_are_one_clear_line(
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_table_with_no_blocked_line_has_too_few_problems(tmp_path: Path) -> None:
     class Demanding(ArmWorld):
         most_free_of_five = 2

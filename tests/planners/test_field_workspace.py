@@ -38,6 +38,7 @@ def test_surfaces_fill_some_of_the_grid(c3d: Environment) -> None:
     assert 0.002 < share < 0.02
 
 
+@pytest.mark.slow
 def test_features_are_those_of_a_dense_convolution(encoder: WSpaceEncoder) -> None:
     x = points()
     dense = encoder.grid.double()[None, None]

@@ -164,6 +164,7 @@ def test_units_are_left_out_while_planning(net: Mpnet, c3d: Environment) -> None
     assert (again == steps[0]).all()
 
 
+@pytest.mark.training
 @pytest.mark.usefixtures("in_this_process")
 def test_a_network_learns_its_demonstrations(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
