@@ -54,8 +54,9 @@ def run(
     stages = [
         _Stage(config, problem_set, store, session, force) for problem_set in config.problem_sets
     ]
-    for stage in stages:
-        stage.add_missing_metrics()
+    if not force:
+        for stage in stages:
+            stage.add_missing_metrics()
     if not any(stage.open for stage in stages):
         return
     _announce_training(stages)

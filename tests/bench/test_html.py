@@ -14,7 +14,6 @@ from html_reports import HOSTILE, run_in_c3d, through, unpacked
 from records import recorded, row
 
 from bench.analysis.run_results import RunResults
-from bench.judging.metrics import METRICS
 from bench.report import formatting, html
 from bench.report.configurations import along
 from bench.report.html.overview import best_by, solved_by
@@ -82,9 +81,6 @@ def test_no_colour_is_lost_on_a_light_or_a_dark_page() -> None:
         assert dark > 0.33
 
 
-SHOWN = columns(METRICS)
-
-
 def test_numbers_in_the_page_are_the_tables_own(tmp_path: Path) -> None:
     rows = [
         row("a", n, "VALID", solve_s=0.1 + n / 7, length=3 + n / 3, safety_margin=n / 9)
@@ -120,7 +116,7 @@ def test_the_page_refers_to_nothing_outside(c3d: Environment) -> None:
 def test_a_problem_that_nobody_solved_has_its_start_and_goal(c3d: Environment) -> None:
     run = run_in_c3d(c3d, row("p", 1, "TIMEOUT", solve_s=5.0))
     [arena] = arenas_of(run)
-    problem = problems_data(arena, SHOWN)["problems"][1]
+    problem = problems_data(arena, columns(run))["problems"][1]
     made = c3d.sample_problems(2, 0)[1]
     assert np.allclose([problem["start"], problem["goal"]], [made.start, made.goal])
 
@@ -128,8 +124,9 @@ def test_a_problem_that_nobody_solved_has_its_start_and_goal(c3d: Environment) -
 def test_refused_paths_have_a_mark_and_verified_ones_have_none(c3d: Environment) -> None:
     path = through(c3d.obstacles[0], c3d)  # type: ignore[arg-type]
     rows = [row("good", 0, "VALID", path=path), row("bad", 0, "COLLISION", path=path)]
-    [arena] = arenas_of(run_in_c3d(c3d, *rows))
-    good, bad = problems_data(arena, SHOWN)["problems"][0]["attempts"]
+    run = run_in_c3d(c3d, *rows)
+    [arena] = arenas_of(run)
+    good, bad = problems_data(arena, columns(run))["problems"][0]["attempts"]
     assert "contact" not in good
     mark = unpacked(bad["contact"]["drawn"]["curve"], -1, 3)
     assert np.allclose(mark, along(path, np.array([bad["contact"]["share"]])), atol=0.02)
@@ -139,7 +136,7 @@ def test_refused_paths_have_a_mark_and_verified_ones_have_none(c3d: Environment)
 def test_a_scene_that_is_not_what_it_was_is_not_shown(env: str) -> None:
     run = recorded([row("p", 0, "VALID", solve_s=1.0, path=np.zeros((2, 3)), env=env)])
     [arena] = arenas_of(run)
-    data = problems_data(arena, SHOWN)
+    data = problems_data(arena, columns(run))
     assert data["scene"] is None
     assert data["why"].startswith("The scene cannot be shown: ")
     assert data["problems"][0]["attempts"][0]["texts"][0] == "1.0000"

@@ -97,15 +97,14 @@ def chosen_metrics(names: str | None, a: RunResults, b: RunResults) -> tuple[Met
     Raises:
         InputError: the runs know no such metric.
     """
-    known = {metric.name: metric for metric in (*b.metrics, *a.metrics)}
-    ordered = [metric for metric in (*a.metrics, *b.metrics) if known.pop(metric.name, None)]
+    known = {metric.name: metric for metric in (*a.metrics, *b.metrics)}
     if names is None:
-        return tuple(metric for metric in ordered if metric.primary)
+        return tuple(metric for metric in known.values() if metric.primary)
     wanted = names.split(",")
     for name in wanted:
-        if name not in {metric.name for metric in ordered}:
-            raise UnknownNameError("metric", name, [metric.name for metric in ordered])
-    return tuple(metric for metric in ordered if metric.name in wanted)
+        if name not in known:
+            raise UnknownNameError("metric", name, known)
+    return tuple(metric for name, metric in known.items() if name in wanted)
 
 
 def compare(pairs: Sequence[Pair], metrics: Sequence[Metric]) -> pd.DataFrame:

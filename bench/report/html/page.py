@@ -45,7 +45,7 @@ def text(run: RunResults) -> str:
     arenas = arenas_of(run)
     planners = list(dict.fromkeys(name for arena in arenas for name in arena.planners))
     numbers = {name: number for number, name in enumerate(planners)}
-    shown = columns([metric for metric in run.metrics if run.records[metric.name].notna().any()])
+    shown = columns(run)
     data = {
         "planners": looks(planners),
         "columns": [title for _, title, _ in shown],

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.judging.metric import Metric
+from bench.analysis.run_results import RunResults
 from bench.report import formatting
 from bench.report.html.geometry import Scene, drawable, scene_of
 from bench.report.html.problem_sets import Arena
@@ -30,12 +30,13 @@ _OF_ANY_ATTEMPT: tuple[Column, ...] = (
 )
 
 
-def columns(metrics: Sequence[Metric]) -> list[Column]:
-    """What the pages show of each attempt: its time, also of a failure, and the metrics."""
-    others = [metric for metric in metrics if metric.name != "time_s"]
+def columns(run: RunResults) -> list[Column]:
+    """What the pages show of each attempt: its time, also of a failure, and the metrics that have a
+    value somewhere."""
+    metrics = [m for m in run.metrics if run.records[m.name].notna().any() and m.name != "time_s"]
     return [
         ("solve_s", "time s", 4),
-        *((m.name, m.heading(), m.digits + _MORE_DIGITS if m.digits else 0) for m in others),
+        *((m.name, run.heading(m), m.digits + _MORE_DIGITS if m.digits else 0) for m in metrics),
         *_OF_ANY_ATTEMPT,
     ]
 
