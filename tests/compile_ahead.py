@@ -54,6 +54,7 @@ def _arms() -> None:
     world = envs.make("arm4")
     [problem] = world.sample_problems(1, 0)
     world.collision_model().segment_is_free(problem.start, problem.goal)
+    assert envs.make("arm5:self_collision=true").fingerprint
 
 
 def _field_in(env: str) -> Callable[[], None]:

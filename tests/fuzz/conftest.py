@@ -22,7 +22,7 @@ def share_of_inputs(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPa
 @pytest.fixture(scope="session", autouse=True)
 def compiled() -> None:
     """What an arm has Numba compile the first time is not on the clock of a parser."""
-    envs.make("arm5:self_collision=true")
+    assert envs.make("arm5:self_collision=true").fingerprint
 
 
 @pytest.fixture(autouse=True)
