@@ -136,7 +136,10 @@ def _checked(kind: type[Experiment], name: str, data: dict[str, Any]) -> Experim
         raise InputError(f"unknown key 'name'; an experiment is called as its file, {name!r}")
 
     # As JSON, in which lists stand for tuples and nothing else is taken for what it is not.
-    text = json.dumps({**data, "name": name}, default=lambda odd: {"": str(odd)})
+    try:
+        text = json.dumps({**data, "name": name}, default=lambda odd: {"": str(odd)})
+    except ValueError as error:  # hexadecimal integers may be longer than Python writes any
+        raise InputError(f"a number of it is too long: {error}") from error
     try:
         return pydantic.TypeAdapter(kind).validate_json(text)
     except pydantic.ValidationError as error:

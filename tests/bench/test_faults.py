@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,12 @@ PROBLEMS = 2
 
 
 @pytest.mark.slow(minutes=1)
-def test_every_fault_has_its_own_outcome(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
+def test_every_fault_has_its_own_outcome(
+    bench: Cli,
+    faulty: list[str],
+    tmp_path: Path,
+    new_children: Callable[[], list[psutil.Process]],
+) -> None:
     reference = "fmm:resolution=30"
     code, out, err = bench(
         *("run", "--env", "c3d", "--planners", ",".join([*planners_that_fail.EXPECTED, reference])),
@@ -35,7 +41,7 @@ def test_every_fault_has_its_own_outcome(bench: Cli, faulty: list[str], tmp_path
         assert f"| {id} " in out
     assert summary.loc[reference, "problems"] == PROBLEMS
     assert summary.loc[reference, "solved"] == PROBLEMS
-    assert not psutil.Process().children(recursive=True), "no process may be left behind"
+    assert not new_children(), "no process may be left behind"
     assert not planners_that_fail.children_left()
 
 

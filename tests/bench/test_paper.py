@@ -187,6 +187,7 @@ def test_an_experiment_is_read_with_its_defaults(tmp_path: Path) -> None:
         (GOOD + "note = 1979-05-27", "note: .*1979-05-27.* is not of the kind"),
         (GOOD + "name = 'other'", "unknown key 'name'; an experiment is called as its file"),
         (GOOD.replace("problems = 4", "problem = 3"), "unknown key 'problem'"),
+        (GOOD.replace("order = 1", "order = 0x" + "f" * 4000), "a number of it is too long"),
     ],
 )
 def test_what_describes_no_experiment_is_refused(text: str, said: str, tmp_path: Path) -> None:

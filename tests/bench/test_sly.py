@@ -6,7 +6,7 @@ import json
 import math
 import os
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -67,7 +67,9 @@ def test_a_lazy_path_that_takes_too_long_is_killed_like_any_other(c3d: Environme
 
 
 @pytest.mark.slow
-def test_what_is_left_running_is_named_and_the_planners_fault(c3d: Environment) -> None:
+def test_what_is_left_running_is_named_and_the_planners_fault(
+    c3d: Environment, new_children: Callable[[], list[psutil.Process]]
+) -> None:
     left = list(range(len(sly_planners.LeavesRunning.HOW)))
     while left:  # a process in which something works on is not asked again
         with worker(c3d, sly_planners.LeavesRunning) as asked:
@@ -80,7 +82,7 @@ def test_what_is_left_running_is_named_and_the_planners_fault(c3d: Environment) 
                 assert attempt.solve_s < WORK_S
                 assert attempt.path is None
                 assert asked.alive == (how in sly_planners.LeavesRunning.AT_REST)
-    assert not psutil.Process().children(recursive=True)
+    assert not new_children()
     assert not sly_planners.helpers_left(), "also those in sessions of their own"
 
 
