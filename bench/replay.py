@@ -20,7 +20,7 @@ from bench.execution.stop_rule import StopRule
 from bench.execution.supervised_planner import SupervisedPlanner
 from bench.judging.judge import Judge
 from bench.judging.metrics import REGISTERED
-from bench.storage.record import decode_path, encode_path, known_metrics, outcome
+from bench.storage.record import decode_path, encode_path, metrics_of, outcome
 from envs import Environment, InputError
 from envs.errors import UnknownNameError
 from envs.problem import Array
@@ -221,7 +221,7 @@ def _attempted(config: RunConfig, repeat: int, stop_cost: float) -> Mapping[str,
     path = encode_path(attempt.path)
     known = {"run_id": "replay", "repeat": repeat, "outcome": what, "measured_at": "", "path": path}
     record = asdict(supervised.record(problem, attempt, judged, **known))
-    return record | known_metrics(record["metrics"])
+    return record | metrics_of(record["metrics"])
 
 
 def _path_difference(then: Array | None, now: Array | None) -> str:

@@ -186,7 +186,8 @@ class Environment(ABC):
         return None
 
     def speed(self, q: Array) -> Array:
-        """Speeds S*(q) (n,) at configurations (n, d)  (equation 3)."""
+        """Speeds S*(q) (n,) at configurations (n, d)  (equation 3): `speed_model` of `clearance`.
+        To have others, set the model; metrics apply it to clearances that they have already."""
         return self.speed_model(self.clearance(q))
 
     def speed_on_grid(self, q: Array) -> Array:

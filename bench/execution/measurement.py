@@ -22,7 +22,7 @@ from bench.storage.record import (
     Verdict,
     cost_history,
     decode_path,
-    known_metrics,
+    metrics_of,
     versions_of,
 )
 from bench.storage.store import Store
@@ -99,7 +99,7 @@ def add_missing_metrics(
 
 
 def _missing(row: Mapping[Any, Any]) -> list[Metric]:
-    known, versions = known_metrics(row["metrics"]), versions_of(row["metrics"])
+    known, versions = metrics_of(row["metrics"]), versions_of(row["metrics"])
     return [
         metric
         for metric in REGISTERED
@@ -124,5 +124,5 @@ def _completed(
         path = decode_path(row["path"])
         found = measure(missing, env, problems[row["problem"]], path, facts)
         anew = {metric.name for metric in missing}
-        kept = {n: v for n, v in known_metrics(row["metrics"]).items() if n not in anew}
+        kept = {n: v for n, v in metrics_of(row["metrics"]).items() if n not in anew}
         yield [row[name] for name in KEY], _with_versions(kept | found)

@@ -111,7 +111,7 @@ def with_metrics(records: pd.DataFrame) -> pd.DataFrame:
     """Records with a column of numbers for each metric that any of them has by name, NaN where it
     has none, and for `OF_ANY_PATH` in any case. Names that a column has are left out, as in a store
     that something else has written to."""
-    values = [known_metrics(text) for text in records["metrics"]]
+    values = [metrics_of(text) for text in records["metrics"]]
     names = dict.fromkeys([*OF_ANY_PATH, *(name for row in values for name in row)])
     columns = {
         name: pd.Series([row.get(name) for row in values], index=records.index, dtype=float)
@@ -131,7 +131,7 @@ def versions_of(text: str) -> dict[str, str]:
     return found if isinstance(found, dict) else {}
 
 
-def known_metrics(text: str) -> dict[str, float | None]:
+def metrics_of(text: str) -> dict[str, float | None]:
     """The metrics of a record, by name."""
     found = json.loads(text)
     return {

@@ -27,9 +27,12 @@ def wilson_interval(successes: int, trials: int, confidence: float = 0.95) -> tu
     return float(low[0]), float(high[0])
 
 
-def wilson_band(successes: ArrayLike, trials: int, confidence: float = 0.95) -> tuple[Array, Array]:
-    """Wilson's score interval for many counts (m,) of successes among as many trials: the lower
-    and the upper ends, each (m,), as fractions. See `wilson_interval`."""
+def wilson_band(
+    successes: ArrayLike, trials: float, confidence: float = 0.95
+) -> tuple[Array, Array]:
+    """Wilson's score interval for many counts (m,) of successes among as many trials, which need
+    not be whole numbers: the lower and the upper ends, each (m,), as fractions. See
+    `wilson_interval`."""
     counts = np.asarray(successes, dtype=float)
     _check(counts, trials, confidence)
     if trials == 0:
@@ -73,17 +76,8 @@ def clustered_wilson_interval(
     between = float(((won - rate * of) ** 2).sum()) / n**2 * m / max(m - 1, 1)
     if between > 0:
         effective = min(max(rate * (1 - rate) / between, float(m)), n)
-    return _wilson(rate, effective, confidence)
-
-
-def _wilson(rate: float, trials: float, confidence: float) -> tuple[float, float]:
-    """Of a rate of so many independent trials, which need not be a whole number."""
-    z = NormalDist().inv_cdf(0.5 + confidence / 2)
-    shrink = 1 + z * z / trials
-    centre = (rate + z * z / (2 * trials)) / shrink
-    spread = z / shrink * sqrt(rate * (1 - rate) / trials + (z / (2 * trials)) ** 2)
-    low = 0.0 if rate == 0 else max(0.0, centre - spread)
-    return low, 1.0 if rate == 1 else min(1.0, centre + spread)
+    low, high = wilson_band([rate * effective], effective, confidence)
+    return float(low[0]), float(high[0])
 
 
 def clopper_pearson_interval(
@@ -125,7 +119,7 @@ def median_ranks(n: int, confidence: float = 0.95) -> tuple[int, int] | None:
     return None if left_out < 0 else (left_out, n - 1 - left_out)
 
 
-def _check(successes: Array, trials: int, confidence: float) -> None:
+def _check(successes: Array, trials: float, confidence: float) -> None:
     if not ((successes >= 0) & (successes <= trials)).all():
         raise ValueError(f"there must be between 0 and {trials} successes, the number of trials")
     if not 0 < confidence < 1:
