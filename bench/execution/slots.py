@@ -27,7 +27,7 @@ class Slot:
 
 
 class Slots:
-    """The slots of an arena.
+    """The slots of a problem set.
 
     Args:
         jobs: planners at a time, among whom the machine is divided.

@@ -26,7 +26,7 @@ class SceneArrays(NamedTuple):
 
     Attributes:
         solids: (b, 17), the rows in the workspace of those that are no meshes, see
-            `envs.collision.shapes.distance_row`.
+            `envs.collision.shapes.solid`.
         grid: of distances to meshes, in single precision, at most what they are within the cells
             about the nodes; a single node where there are no meshes.
     """

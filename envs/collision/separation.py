@@ -25,7 +25,7 @@ class Shapes(NamedTuple):
     """Placed shapes as compiled code sees them, each in the frame that it is placed in.
 
     Attributes:
-        rows: (p, 17), see `envs.collision.shapes.distance_row`.
+        rows: (p, 17), see `envs.collision.shapes.solid`.
         poses: (p, 3, 4) of the shapes.
         roots: (p,) of the trees of those that are meshes, -1 of others.
         trees: of all meshes.

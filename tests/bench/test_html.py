@@ -18,8 +18,7 @@ from bench.report import formatting, html
 from bench.report.configurations import along
 from bench.report.html.overview import best_by, solved_by
 from bench.report.html.page import looks, text
-from bench.report.html.problem_sets import arenas_of
-from bench.report.html.problems import columns, problems_data
+from bench.report.html.problems import columns, problem_sets_of, problems_data
 from envs import Environment
 
 
@@ -115,8 +114,8 @@ def test_the_page_refers_to_nothing_outside(c3d: Environment) -> None:
 
 def test_a_problem_that_nobody_solved_has_its_start_and_goal(c3d: Environment) -> None:
     run = run_in_c3d(c3d, row("p", 1, "TIMEOUT", solve_s=5.0))
-    [arena] = arenas_of(run)
-    problem = problems_data(arena, columns(run))["problems"][1]
+    [problem_set] = problem_sets_of(run)
+    problem = problems_data(problem_set, columns(run))["problems"][1]
     made = c3d.sample_problems(2, 0)[1]
     assert np.allclose([problem["start"], problem["goal"]], [made.start, made.goal])
 
@@ -125,8 +124,8 @@ def test_refused_paths_have_a_mark_and_verified_ones_have_none(c3d: Environment)
     path = through(c3d.obstacles[0], c3d)  # type: ignore[arg-type]
     rows = [row("good", 0, "VALID", path=path), row("bad", 0, "COLLISION", path=path)]
     run = run_in_c3d(c3d, *rows)
-    [arena] = arenas_of(run)
-    good, bad = problems_data(arena, columns(run))["problems"][0]["attempts"]
+    [problem_set] = problem_sets_of(run)
+    good, bad = problems_data(problem_set, columns(run))["problems"][0]["attempts"]
     assert "contact" not in good
     mark = unpacked(bad["contact"]["drawn"]["curve"], -1, 3)
     assert np.allclose(mark, along(path, np.array([bad["contact"]["share"]])), atol=0.02)
@@ -135,8 +134,8 @@ def test_refused_paths_have_a_mark_and_verified_ones_have_none(c3d: Environment)
 @pytest.mark.parametrize("env", ["c3d", "c3d:scene=-1"])
 def test_a_scene_that_is_not_what_it_was_is_not_shown(env: str) -> None:
     run = recorded([row("p", 0, "VALID", solve_s=1.0, path=np.zeros((2, 3)), env=env)])
-    [arena] = arenas_of(run)
-    data = problems_data(arena, columns(run))
+    [problem_set] = problem_sets_of(run)
+    data = problems_data(problem_set, columns(run))
     assert data["scene"] is None
     assert data["why"].startswith("The scene cannot be shown: ")
     assert data["problems"][0]["attempts"][0]["texts"][0] == "1.0000"

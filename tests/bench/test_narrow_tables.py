@@ -13,7 +13,7 @@ from conftest import Cli
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.cli.tables import fitted
+from bench.cli.terminal import fitted
 from bench.report import markdown
 
 ROWS = [

@@ -16,7 +16,8 @@ from bench.analysis.regression import Baseline, CheckOptions, check
 from bench.analysis.run_results import RunResults
 from bench.analysis.summary import common_problems
 from bench.judging.metrics import METRICS
-from bench.report import html, planner_arena
+from bench.report import planner_arena
+from bench.report.html import problems
 from envs import InputError
 
 
@@ -53,7 +54,9 @@ def test_names_of_one_environment_in_a_run_and_after_it(bench: Cli, balls: Path)
         assert store.execute("SELECT count(*) FROM records").fetchone() == (4,), "and only once"
 
     assert bench("run", "--env", first, "--planners", "lazyprmstar", *RUN[2:], "--out", "b")[0] == 0
-    assert bench("report", "a", "b", "--out", "both", "--format", "md,csv,planner-arena")[0] == 0
+    assert (
+        bench("report", "a", "b", "--out", "both", "--format", "md,csv,planner-problem_set")[0] == 0
+    )
     joined = pd.read_csv("both/summary.csv")
     assert joined["env"].tolist() == [copy] * 3
     assert "Left out" not in (balls / "both" / "summary.md").read_text()
@@ -91,7 +94,7 @@ def test_runs_of_one_environment_by_two_names_are_of_one(tmp_path: Path) -> None
     assert run.order == [("b.ply", "p"), ("b.ply", "q")]
     assert common_problems(run.records, METRICS)["problems"].tolist() == [3, 3]
     assert [s["envs"][0]["id"] for s in run.selections] == ["b.ply"] * 2
-    assert len(html.problem_sets.arenas_of(run)) == 1
+    assert len(problems.problem_sets_of(run)) == 1
     planner_arena.write(run, tmp_path / "a.db")
     with closing(sqlite3.connect(tmp_path / "a.db")) as made:
         assert set(made.execute("SELECT name FROM experiments")) == {("b.ply",)}

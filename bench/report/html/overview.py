@@ -18,7 +18,7 @@ from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import solved_by_time
 from bench.judging.metric import Metric
 from bench.report import formatting
-from bench.report.html.problem_sets import Arena
+from bench.report.html.problems import ProblemSetResults
 from bench.storage.record import Verdict
 from envs.problem import Array
 
@@ -26,10 +26,11 @@ _DIGITS = 5  # that can be told apart in a plot
 
 
 def overview_data(
-    arena: Arena, numbers: dict[str, int], metrics: Sequence[Metric]
+    problem_set: ProblemSetResults, numbers: dict[str, int], metrics: Sequence[Metric]
 ) -> dict[str, Any]:
-    """An arena's `outcomes`: for each of its `problems` a list of the words of its `planners`, None
-    without an attempt; and its curves, lists of objects with `planner` and what follows:
+    """A problem set's `outcomes`: for each of its `problems` a list of the words of its
+    `planners`, None without an attempt; and its curves, lists of objects with `planner` and what
+    follows:
 
     - `solved`: `x` seconds, `y` the share of attempts verified by then;
     - `costs`: `x` seconds, `y` the median of the best length so far, `low` and `high` the ends of
@@ -40,24 +41,24 @@ def overview_data(
     Args:
         numbers: the planners' among all of the page.
     """
-    table = arena.first_attempts.pivot(index="problem", columns="planner", values="outcome")
-    table = table.reindex(index=arena.problems, columns=arena.planners)
+    table = problem_set.first_attempts.pivot(index="problem", columns="planner", values="outcome")
+    table = table.reindex(index=problem_set.problems, columns=problem_set.planners)
 
     def curves(of: Callable[[pd.DataFrame], Curve | None]) -> list[dict[str, Any]]:
-        groups = arena.measured.groupby("planner", sort=False)
+        groups = problem_set.measured.groupby("planner", sort=False)
         made = [(str(planner), of(records)) for planner, records in groups]
         return [{"planner": numbers[name], **_listed(curve)} for name, curve in made if curve]
 
     return {
-        "title": arena.env,
-        "limit": arena.time_limit_s,
-        "planners": [numbers[planner] for planner in arena.planners],
-        "problems": arena.problems,
+        "title": problem_set.env,
+        "limit": problem_set.time_limit_s,
+        "planners": [numbers[planner] for planner in problem_set.planners],
+        "problems": problem_set.problems,
         "outcomes": table.astype(object).where(table.notna(), None).to_numpy().tolist(),
-        "solved": curves(partial(solved_by, limit_s=arena.time_limit_s)),
-        "costs": curves(partial(best_by, limit_s=arena.time_limit_s)),
+        "solved": curves(partial(solved_by, limit_s=problem_set.time_limit_s)),
+        "costs": curves(partial(best_by, limit_s=problem_set.time_limit_s)),
         "metrics": [
-            {"title": metric.heading([arena.units]), "log": metric.timed, "curves": made}
+            {"title": metric.heading([problem_set.units]), "log": metric.timed, "curves": made}
             for metric in metrics
             if (made := curves(partial(_values, column=metric.name)))
         ],

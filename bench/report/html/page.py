@@ -24,8 +24,7 @@ from bench.report.html.overview import (
     overview_data,
     success_table,
 )
-from bench.report.html.problem_sets import arenas_of
-from bench.report.html.problems import columns, problems_data
+from bench.report.html.problems import columns, problem_sets_of, problems_data
 from bench.report.scene import colours
 
 _SCRIPTS = ("unpack.js", "tables.js", "charts.js", "scene.js", "problems.js", "report.js")
@@ -42,21 +41,27 @@ def write(run: RunResults, file: Path) -> None:
 
 def text(run: RunResults) -> str:
     """The page's source."""
-    arenas = arenas_of(run)
-    planners = list(dict.fromkeys(name for arena in arenas for name in arena.planners))
+    problem_sets = problem_sets_of(run)
+    planners = list(
+        dict.fromkeys(name for problem_set in problem_sets for name in problem_set.planners)
+    )
     numbers = {name: number for number, name in enumerate(planners)}
     shown = columns(run)
     data = {
         "planners": looks(planners),
         "columns": [title for _, title, _ in shown],
         "tolerance": TOLERANCE,
-        "arenas": [overview_data(arena, numbers, run.metrics) for arena in arenas],
+        "problem_sets": [
+            overview_data(problem_set, numbers, run.metrics) for problem_set in problem_sets
+        ],
     }
     page: str = _template().render(
         run=run,
-        environments=[arena.env for arena in arenas],
+        environments=[problem_set.env for problem_set in problem_sets],
         data=data,
-        packages=[compressed(_json(problems_data(arena, shown))) for arena in arenas],
+        packages=[
+            compressed(_json(problems_data(problem_set, shown))) for problem_set in problem_sets
+        ],
         plotly=compressed(get_plotlyjs()),
         success=success_table(run),
         further=further_table(run),

@@ -1,23 +1,100 @@
 """The problems of an environment as JSON data: the scene, each attempt with its path, and where a
-refused path first collides.
+refused path first collides. A run's records are divided first into what compares problem by
+problem.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
+import envs
 from bench.analysis.run_results import RunResults
 from bench.report import formatting
 from bench.report.html.geometry import Scene, drawable, scene_of
-from bench.report.html.problem_sets import Arena
-from bench.storage.record import Verdict, decode_path
+from bench.storage.record import NOT_ATTEMPTED, Verdict, decode_path
 from envs import Environment, InputError
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
+
+
+@dataclass(frozen=True)
+class ProblemSetResults:
+    """The attempts at the same problems of one environment.
+
+    Attributes:
+        env, fingerprint: of the environment.
+        seed: of the problems.
+        records: the attempts.
+        time_limit_s: the longest of them had.
+        units: of the environment; see `envs.Environment.units`.
+    """
+
+    env: str
+    fingerprint: str
+    seed: int
+    records: pd.DataFrame
+    time_limit_s: float
+    units: Mapping[str, str]
+
+    @property
+    def planners(self) -> list[str]:
+        """In the tables' order."""
+        return [str(name) for name in self.records["planner"].unique()]
+
+    @property
+    def first_attempts(self) -> pd.DataFrame:
+        """Of several attempts at a problem the first."""
+        first: pd.DataFrame = self.records[self.records["repeat"] == 0]
+        return first
+
+    @property
+    def measured(self) -> pd.DataFrame:
+        """The attempts of which something was measured."""
+        tried: pd.DataFrame = self.records[~self.records["status"].isin(NOT_ATTEMPTED)]
+        return tried
+
+    @property
+    def problems(self) -> list[int]:
+        """The numbers of the problems."""
+        return sorted(int(number) for number in self.records["problem"].unique())
+
+    def world(self) -> Environment:
+        """The environment, made again.
+
+        Raises:
+            InputError: it cannot be, or is not what it was.
+        """
+        world = envs.make(self.env)
+        if world.fingerprint != self.fingerprint:
+            raise InputError(f"{self.env} is not what it was when this was measured")
+        return world
+
+
+def problem_sets_of(run: RunResults) -> list[ProblemSetResults]:
+    """In the tables' order."""
+    limits = {
+        selection["settings_digest"]: float(selection["settings"]["time_limit_s"])
+        for selection in run.selections
+    }
+    units = {env["id"]: env.get("units", {}) for s in run.selections for env in s["envs"]}
+    return [
+        ProblemSetResults(
+            str(env),
+            str(records["env_fingerprint"].iloc[0]),
+            int(records["problems_seed"].iloc[0]),
+            records,
+            max(limits[digest] for digest in records["settings"].unique()),
+            units.get(env, {}),
+        )
+        for env, records in run.records.groupby("env", sort=False)
+    ]
+
 
 Column = tuple[str, str, int]
 """Of an attempt's numbers: the record's column, its title, its decimals."""
@@ -41,33 +118,33 @@ def columns(run: RunResults) -> list[Column]:
     ]
 
 
-def problems_data(arena: Arena, shown: Sequence[Column]) -> dict[str, Any]:
-    """What the pages of an arena's problems show.
+def problems_data(problem_set: ProblemSetResults, shown: Sequence[Column]) -> dict[str, Any]:
+    """What the pages of a problem set's problems show.
 
     `scene` is as of `Scene.data`, None where there is no way to show it: `why` says so then.
     `problems` maps the number of each to its `start` and `goal` (3,), where they are known, and to
-    its `attempts`, each with `planner` (its number among the arena's), `outcome`, `texts` (one for
+    its `attempts`, each with `planner` (its number among the set's), `outcome`, `texts` (one for
     each column), `error`, and where there is a path to show `drawn` (see `Scene.drawn`), and
     of one that collides `contact`: where first, as `drawn` and as a `share` of its length.
     """
     try:
-        world = arena.world()
+        world = problem_set.world()
     except InputError as error:
-        return _Plain(arena, shown).data(f"The scene cannot be shown: {error}")
+        return _Plain(problem_set, shown).data(f"The scene cannot be shown: {error}")
     scene = scene_of(world)
     if scene is None:
-        return _Plain(arena, shown).data(
+        return _Plain(problem_set, shown).data(
             f"Only arms and 3-D environments can be shown, not {world.dimension}-D ones"
         )
-    return _Shown(arena, shown, world, scene).data()
+    return _Shown(problem_set, shown, world, scene).data()
 
 
 class _Plain:
     """Problems of which nothing can be drawn."""
 
-    def __init__(self, arena: Arena, shown: Sequence[Column]) -> None:
-        self._arena, self._columns = arena, shown
-        self._numbers = {planner: number for number, planner in enumerate(arena.planners)}
+    def __init__(self, problem_set: ProblemSetResults, shown: Sequence[Column]) -> None:
+        self._problem_set, self._columns = problem_set, shown
+        self._numbers = {planner: number for number, planner in enumerate(problem_set.planners)}
 
     def data(self, why: str) -> dict[str, Any]:
         return {
@@ -75,7 +152,7 @@ class _Plain:
             "why": why,
             "problems": {
                 number: {"attempts": [self._attempt(row) for row in rows.to_dict("records")]}
-                for number, rows in self._arena.first_attempts.groupby("problem")
+                for number, rows in self._problem_set.first_attempts.groupby("problem")
             },
         }
 
@@ -93,9 +170,13 @@ class _Shown(_Plain):
     """Problems whose paths are drawn in their world."""
 
     def __init__(
-        self, arena: Arena, shown: Sequence[Column], world: Environment, scene: Scene
+        self,
+        problem_set: ProblemSetResults,
+        shown: Sequence[Column],
+        world: Environment,
+        scene: Scene,
     ) -> None:
-        super().__init__(arena, shown)
+        super().__init__(problem_set, shown)
         self._world, self._scene = world, scene
         self._ends = self._known_ends()
 
@@ -110,15 +191,17 @@ class _Shown(_Plain):
         """Start and goal (2, d) of each problem: the ends of a path that the judge took for one of
         it; problems without such paths are made again, which may take a while."""
         ends = {}
-        known = self._arena.records[
-            self._arena.records["verdict"].isin([Verdict.VALID.value, Verdict.COLLISION.value])
+        known = self._problem_set.records[
+            self._problem_set.records["verdict"].isin(
+                [Verdict.VALID.value, Verdict.COLLISION.value]
+            )
         ]
         for row in known.to_dict("records"):
             if row["path"] is not None:
                 ends[row["problem"]] = decode_path(row["path"])[[0, -1]]
-        missing = [number for number in self._arena.problems if number not in ends]
+        missing = [number for number in self._problem_set.problems if number not in ends]
         if missing:
-            made = self._world.sample_problems(max(missing) + 1, self._arena.seed)
+            made = self._world.sample_problems(max(missing) + 1, self._problem_set.seed)
             ends.update({n: np.stack([made[n].start, made[n].goal]) for n in missing})
         return ends
 

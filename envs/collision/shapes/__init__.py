@@ -4,7 +4,6 @@ A kind of shape is a class of its own, which answers all that is asked of it (`S
 which the sizes tell all are in `SIZED`, by which scene files name them.
 """
 
-from envs.collision.shapes.distance_row import BOX, CYLINDER, MESH, SPHERE, TRIANGLE
 from envs.collision.shapes.placed_shape import (
     SURFACE_POINTS,
     Obstacle,
@@ -13,8 +12,17 @@ from envs.collision.shapes.placed_shape import (
 )
 from envs.collision.shapes.robot import Pose, Robot
 from envs.collision.shapes.sized import SIZED, Box, Cylinder, SizedSolid, Sphere
-from envs.collision.shapes.solid import LARGEST, Solid, rounded
-from envs.collision.shapes.sphere_cover import Spheres
+from envs.collision.shapes.solid import (
+    BOX,
+    CYLINDER,
+    LARGEST,
+    MESH,
+    SPHERE,
+    TRIANGLE,
+    Solid,
+    Spheres,
+    rounded,
+)
 from envs.collision.shapes.triangle_mesh import Mesh
 
 __all__ = [

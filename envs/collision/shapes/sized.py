@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from envs.collision.shapes.distance_row import BOX, CYLINDER, SPHERE, make_row
-from envs.collision.shapes.solid import Solid
-from envs.collision.shapes.sphere_cover import Spheres, countable
+from envs.collision.shapes.solid import BOX, CYLINDER, SPHERE, Solid, Spheres, countable, make_row
 from envs.problem import Array, frozen_array
 
 if TYPE_CHECKING:

@@ -1,14 +1,60 @@
-"""What is asked of a shape."""
+"""What is asked of a shape, and the two forms in which others look at it.
+
+As a row of 17 numbers, for compiled code: its axes (3, 3), row by row; its centre (3,); its size
+(3,), which is half the sides of a box, radius, half length and 0 of a cylinder, radius, 0 and 0 of
+a sphere; the radius of a sphere about the centre that holds it; and what it is.
+
+As spheres that cover it, for clearances of millions of configurations: all of it lies within them,
+so distances from them are never more than those from the shape; `slack` bounds how much less they
+can be where the shape's surface is smooth.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from envs.collision.shapes.sphere_cover import Spheres
+from envs.errors import InputError
 from envs.problem import Array
+
+BOX, CYLINDER, SPHERE, TRIANGLE, MESH = 0.0, 1.0, 2.0, 3.0, -1.0
+"""What a row says that it is; the last of them stands for a mesh. A triangle's has its corners from
+its centre in place of axes, and size 0."""
+
+
+def make_row(kind: float, turn: Array, center: Array, size: Array) -> Array:
+    """The row (17,) of a solid about a centre (3,), after a rotation (3, 3)."""
+    return np.concatenate([turn.T.ravel(), center, size, [np.linalg.norm(size), kind]])
+
+
+_MOST_SPHERES = 50_000
+"""Of a solid; those of the arms that ship have some dozens."""
+
+
+@dataclass(frozen=True)
+class Spheres:
+    """Spheres in a solid's frame: `centers` (m, 3), `radii` (m,)."""
+
+    centers: Array
+    radii: Array
+
+
+def countable(count: float) -> int:
+    """A number of spheres.
+
+    Raises:
+        InputError: they are too many.
+    """
+    if count > _MOST_SPHERES:
+        raise InputError(
+            "a link is so large or so thin that its cover by spheres would take "
+            f"{count:.2g} of them, more than {_MOST_SPHERES}; is its size in metres?"
+        )
+    return int(count)
+
 
 if TYPE_CHECKING:  # each takes long to import, which processes that do not ask can save
     import fcl

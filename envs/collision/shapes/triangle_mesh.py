@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.shapes.distance_row import MESH
-from envs.collision.shapes.solid import Solid
-from envs.collision.shapes.sphere_cover import Spheres
+from envs.collision.shapes.solid import MESH, Solid, Spheres
 from envs.grid import cells_of
 from envs.problem import Array, frozen_array
 

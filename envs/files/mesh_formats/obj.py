@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from envs.files.mesh_formats.polygons import Polygons
-from envs.files.mesh_formats.soup import Soup, UnreadableError
-from envs.files.mesh_formats.triangles import read_triangles
+from envs.files.mesh_formats.soup import Soup, UnreadableError, read_triangles
 
 _POLYGON = re.compile(rb"^[ \t]*fo?(?:[ \t]+[^\s#]+){4}", re.MULTILINE)
 _RELATIVE = re.compile(rb"^[ \t]*fo?[ \t][^\n]*[ \t]-", re.MULTILINE)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import struct
 from pathlib import Path
 
-from envs.files.mesh_formats.soup import Soup, check_not_coarse
-from envs.files.mesh_formats.triangles import read_triangles
+from envs.files.mesh_formats.soup import Soup, check_not_coarse, read_triangles
 
 _HEAD, _TRIANGLE = 84, 50  # bytes
 

@@ -51,16 +51,16 @@ function seconds(curves, of) {
 
 const SIDEWAYS = { autorange: "reversed", automargin: true, fixedrange: true };
 const CHARTS = {
-  solved: (arena) => [
-    lines(arena.solved, { hovertemplate: "%{y:.1%} by %{x:.3~g} s" }),
-    { xaxis: seconds(arena.solved, "x"), yaxis: { title: { text: "share solved" }, range: [-0.02, 1.02], tickformat: ".0%" } },
+  solved: (problemSet) => [
+    lines(problemSet.solved, { hovertemplate: "%{y:.1%} by %{x:.3~g} s" }),
+    { xaxis: seconds(problemSet.solved, "x"), yaxis: { title: { text: "share solved" }, range: [-0.02, 1.02], tickformat: ".0%" } },
   ],
-  costs: (arena) => [
-    [...arena.costs.map(band), ...lines(arena.costs, { hovertemplate: "%{y:.4~g} by %{x:.3~g} s" }), ...firsts(arena.costs)],
-    { xaxis: seconds(arena.costs, "x"), yaxis: { title: { text: "path length" } } },
+  costs: (problemSet) => [
+    [...problemSet.costs.map(band), ...lines(problemSet.costs, { hovertemplate: "%{y:.4~g} by %{x:.3~g} s" }), ...firsts(problemSet.costs)],
+    { xaxis: seconds(problemSet.costs, "x"), yaxis: { title: { text: "path length" } } },
   ],
-  metric: (arena, place) => {
-    const { title, log, curves } = arena.metrics[place.dataset.metric];
+  metric: (problemSet, place) => {
+    const { title, log, curves } = problemSet.metrics[place.dataset.metric];
     const axis = log ? seconds(curves, "values") : { title: { text: title } };
     return [spreads(curves), { xaxis: axis, yaxis: SIDEWAYS, showlegend: false }];
   },
@@ -68,8 +68,8 @@ const CHARTS = {
 
 async function drawChart(place) {
   const Plotly = await plotly();
-  const arena = report.arenas[place.closest("[data-arena]").dataset.arena];
-  const [traces, layout] = CHARTS[place.dataset.chart](arena, place);
+  const problemSet = report.problem_sets[place.closest("[data-problem-set]").dataset.problemSet];
+  const [traces, layout] = CHARTS[place.dataset.chart](problemSet, place);
   const axis = { gridcolor: "#888", zeroline: false, showline: false };
   await Plotly.react(place, traces, {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", autosize: true,

@@ -22,14 +22,14 @@ function named(who) {
   return [swatch, who.name];
 }
 
-const addressOf = (arena, problem) => `#${new URLSearchParams({ env: arena.title, problem })}`;
+const addressOf = (problemSet, problem) => `#${new URLSearchParams({ env: problemSet.title, problem })}`;
 
 function fillGrid(place) {
-  const arena = report.arenas[place.dataset.arena];
-  const head = arena.planners.map((n) => element("th", { scope: "col" }, ...named(report.planners[n])));
-  const rows = arena.problems.map((problem, row) => {
-    const link = element("a", { href: addressOf(arena, problem) }, `${problem}`);
-    const outcomes = arena.outcomes[row];
+  const problemSet = report.problem_sets[place.dataset.problemSet];
+  const head = problemSet.planners.map((n) => element("th", { scope: "col" }, ...named(report.planners[n])));
+  const rows = problemSet.problems.map((problem, row) => {
+    const link = element("a", { href: addressOf(problemSet, problem) }, `${problem}`);
+    const outcomes = problemSet.outcomes[row];
     const made = element("tr", { "data-solved": outcomes.every((word) => word === "VALID") },
       element("th", { scope: "row" }, link),
       ...outcomes.map((word) => element("td", {}, word === null ? "" : chip(word))));
@@ -46,7 +46,7 @@ function fillGrid(place) {
 
 const packages = new Map();
 
-/** What an arena's problems show; unpacked when the first of them is chosen. */
+/** What a problem set's problems show; unpacked when the first of them is chosen. */
 function packageOf(number) {
   if (!packages.has(number)) {
     packages.set(number, unpacked(`package-${number}`).then((text) => {
@@ -59,14 +59,14 @@ function packageOf(number) {
 
 /** A page of a problem, until another one is shown. */
 class ProblemPage {
-  constructor(arena, number, { scene, problems, why }) {
-    this.arena = arena;
+  constructor(problemSet, number, { scene, problems, why }) {
+    this.problemSet = problemSet;
     this.number = number;
     this.scene = scene;
     this.why = why;
     this.problem = problems[number];
     this.attempts = this.problem.attempts.map((attempt) => ({
-      ...attempt, who: report.planners[arena.planners[attempt.planner]], shown: true,
+      ...attempt, who: report.planners[problemSet.planners[attempt.planner]], shown: true,
     }));
     this.drawn = this.attempts.filter((attempt) => attempt.drawn);
     this.followed = this.drawn[0] ?? null;
@@ -102,7 +102,7 @@ class ProblemPage {
     if (!this.scene) return;
     const Plotly = await plotly();
     if (shownPage !== this) return;
-    const layout = sceneLayout(this.scene, `${this.arena.title} ${this.number}`);
+    const layout = sceneLayout(this.scene, `${this.problemSet.title} ${this.number}`);
     await Plotly.react(byId("view"), this.traces(), layout, {
       ...MODE_BAR, modeBarButtonsToRemove: ["tableRotation", "resetCameraLastSave3d"],
     });
@@ -110,14 +110,14 @@ class ProblemPage {
   }
 
   show() {
-    const { arena, number } = this;
-    byId("problem-title").textContent = `${arena.title}, problem ${number}`;
-    const at = arena.problems.indexOf(number);
+    const { problemSet, number } = this;
+    byId("problem-title").textContent = `${problemSet.title}, problem ${number}`;
+    const at = problemSet.problems.indexOf(number);
     for (const [id, other] of [["previous", at - 1], ["next", at + 1]]) {
-      byId(id).hidden = !(other in arena.problems);
-      byId(id).href = addressOf(arena, arena.problems[other]);
+      byId(id).hidden = !(other in problemSet.problems);
+      byId(id).href = addressOf(problemSet, problemSet.problems[other]);
     }
-    byId("up").href = `#environment-${report.arenas.indexOf(arena)}`;
+    byId("up").href = `#environment-${report.problem_sets.indexOf(problemSet)}`;
     byId("stage").hidden = !this.scene;
     byId("problem-note").textContent = this.note();
     byId("scene-controls").replaceChildren(...this.controls());
@@ -219,6 +219,6 @@ let shownPage = null;
 
 async function showProblem(number, problem) {
   const data = await packageOf(number);
-  shownPage = new ProblemPage(report.arenas[number], problem, data);
+  shownPage = new ProblemPage(report.problem_sets[number], problem, data);
   await shownPage.show();
 }

@@ -1,12 +1,12 @@
 "use strict";
 // What the address says is shown: the overview, or a problem's page.
 
-/** The arena's number and the problem that an address like #env=c3d&problem=3 names, or null. */
+/** The problem set's number and the problem that an address like #env=c3d&problem=3 names, or null. */
 function chosenProblem() {
   const words = new URLSearchParams(location.hash.slice(1));
-  const number = report.arenas.findIndex(({ title }) => title === words.get("env"));
+  const number = report.problem_sets.findIndex(({ title }) => title === words.get("env"));
   const problem = Number(words.get("problem"));
-  const known = number >= 0 && words.has("problem") && report.arenas[number].problems.includes(problem);
+  const known = number >= 0 && words.has("problem") && report.problem_sets[number].problems.includes(problem);
   return known ? { number, problem } : null;
 }
 
@@ -32,7 +32,7 @@ async function follow() {
 }
 
 document.querySelectorAll("table.sortable").forEach(makeSortable);
-document.querySelectorAll("[data-arena]").forEach(fillGrid);
+document.querySelectorAll("[data-problem-set]").forEach(fillGrid);
 followSurroundings();
 isDark.addEventListener("change", () => shownPage && shownPage.draw());
 addEventListener("hashchange", follow);
