@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from bench.api import Run, judge, load, run
     from bench.judging.metric import Metric, SolvedAttempt
 
+__version__ = "0.1.0"
+
 _MODULES = {
     **dict.fromkeys(("Run", "judge", "load", "run"), "bench.api"),
     **dict.fromkeys(("Metric", "SolvedAttempt"), "bench.judging.metric"),

@@ -1,15 +1,16 @@
 """How the site is built: `sphinx-build -W -n --keep-going -b html docs build/docs`."""
 
 import sys
-from importlib import metadata
 from pathlib import Path
+
+import bench
 
 sys.path.append(str(Path(__file__).parent / "extensions"))
 
 project = "plannerbench"
 author = "The plannerbench developers"
 project_copyright = author
-release = metadata.version("plannerbench")
+release = bench.__version__
 
 extensions = [
     "myst_nb",  # pages in Markdown, notebooks

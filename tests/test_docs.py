@@ -13,6 +13,7 @@ import pytest
 import yaml
 from documents import ALL, ROOT
 
+import bench
 import envs
 import planners
 from bench.cli import app
@@ -73,7 +74,7 @@ def test_files_and_folders_that_are_named_are_there(page: Path) -> None:
 
 def test_the_citation_is_of_this_version() -> None:
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    assert cited["version"] == metadata.version("plannerbench")
+    assert cited["version"] == metadata.version("plannerbench") == bench.__version__
     assert cited["license"] == "BSD-3-Clause"
 
 

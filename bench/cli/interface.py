@@ -14,6 +14,7 @@ from typing import Any
 
 import click
 
+from bench import __version__
 from bench.cli.command_group import Command, Commands
 
 
@@ -22,7 +23,7 @@ from bench.cli.command_group import Command, Commands
     no_args_is_help=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-@click.version_option(package_name="plannerbench", message="%(version)s")
+@click.version_option(__version__, message="%(version)s")
 def bench() -> None:
     """Benchmark of robot motion planners."""
 

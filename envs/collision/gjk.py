@@ -30,7 +30,7 @@ _FLAT = 1e-20
 
 @njit_cached
 def distance(a: Any, b: Any, most: float) -> float:
-    """A lower bound of the distance between two solids, rows (17,) as in `shapes.distance_row`.
+    """A lower bound of the distance between two solids, rows (17,) as in `shapes.solid`.
 
     Within `_PRECISION` of the distance, and 0 where they touch or overlap; or else at least
     `most`, as soon as the distance is proved to be. Never above the distance, but for rounding.

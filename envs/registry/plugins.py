@@ -16,13 +16,15 @@ import logging
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from envs.errors import InputError, reason
 from envs.registry.arguments import typed_arguments
 from envs.registry.spec import Spec, check_form, digest, is_file, load_class, module_of
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 logger = logging.getLogger(__name__)
 
@@ -64,6 +66,8 @@ class PlugIns:
 
     def points(self) -> Iterable[EntryPoint]:
         """Where packages say what they announce."""
+        from importlib.metadata import entry_points  # not for help and version
+
         return entry_points(group=self.group)
 
     def _announced(self, point: EntryPoint) -> Spec | None:

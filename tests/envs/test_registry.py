@@ -229,7 +229,7 @@ def test_plugins_are_read_and_broken_ones_are_named_and_skipped(
 ) -> None:
     module = test_plugins_are_read_and_broken_ones_are_named_and_skipped.__module__
     monkeypatch.setattr(
-        "envs.registry.plugins.entry_points",
+        "importlib.metadata.entry_points",
         lambda group: [
             EntryPoint("good", f"{module}:PLUGIN", group),
             EntryPoint("bad", "no.such.plugin:SPEC", group),
