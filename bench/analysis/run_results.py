@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 
 from bench.analysis import timing
-from bench.analysis.summary import common_problems, left_out_of_common, summarise
+from bench.analysis.summary import common_problems, faults, left_out_of_common, summarise
 from bench.judging.metric import Metric
 from bench.judging.metrics import known_metrics
 from bench.judging.straight_lines import BLOCKED
@@ -185,8 +185,9 @@ class RunResults:
 
     @property
     def remarks(self) -> list[str]:
-        """What keeps times from comparing; see `bench.analysis.timing.remarks`."""
-        return timing.remarks(self.records, self.sessions)
+        """A line each on what befell planners, and on what keeps times from comparing; see
+        `bench.analysis.summary.faults` and `bench.analysis.timing.remarks`."""
+        return [*faults(self.records), *timing.remarks(self.records, self.sessions)]
 
     @property
     def caption(self) -> str:

@@ -12,7 +12,7 @@ from bench.analysis import timing
 from bench.analysis.statistics import censored_median, clustered_wilson_interval
 from bench.analysis.timing import cpu_shares
 from bench.judging.metric import Metric
-from bench.storage.record import NOT_ATTEMPTED, Verdict
+from bench.storage.record import NOT_ATTEMPTED, Fault, Verdict
 
 _FIRST = ("env", "planner", "problems", "solved", "success_rate", "success_low", "success_high")
 _REST = (
@@ -28,6 +28,9 @@ _PROBLEM = ["env_fingerprint", "problem"]
 """What tells a problem from others, also where several environments are summed up as one."""
 
 CENSORED_TIME = "time_s_median_censored"
+
+_FAULTS = [fault.value for fault in Fault if fault.value not in NOT_ATTEMPTED]
+_LONGEST_FAULT = 200
 
 
 def columns(metrics: Sequence[Metric]) -> list[str]:
@@ -142,6 +145,22 @@ def why_not_attempted(records: pd.DataFrame) -> str | None:
     told = records.loc[records["status"].isin(NOT_ATTEMPTED), "error"]
     lines = [str(text).strip().partition("\n")[0] for text in told.unique() if text]
     return "; ".join(lines) or (None if told.empty else "it did not say why")
+
+
+def faults(records: pd.DataFrame) -> list[str]:
+    """A line for each environment, planner and fault: how often, and what was said the first time.
+    Of an exception that is the last line of its traceback, of anything else the first."""
+    told = records[records["status"].isin(_FAULTS) & (records["error"].fillna("") != "")]
+    lines = []
+    for (env, planner, status), rows in told.groupby(["env", "planner", "status"], sort=False):
+        first = rows.iloc[0]
+        said = str(first["error"]).strip().splitlines()
+        why = said[-1 if status == Fault.ERROR.value else 0].strip().rstrip(".")
+        if len(why) > _LONGEST_FAULT:
+            why = f"{why[: _LONGEST_FAULT - 1]}…"
+        times = f"{len(rows)} {status}" + (", first" if len(rows) > 1 else "")
+        lines.append(f"`{planner}` in `{env}`: {times} on problem {first['problem']}: {why}")
+    return lines
 
 
 def common_problems(records: pd.DataFrame, metrics: Sequence[Metric]) -> pd.DataFrame:

@@ -56,6 +56,26 @@ def test_summary_by_hand() -> None:
     assert pd.isna(table.loc["a", "reason"])
 
 
+def test_what_befell_a_planner_is_said_once_below_the_tables() -> None:
+    raised = "Traceback (most recent call last):\n  ...\nValueError: no way | out"
+    rows = [
+        row("a", 0, "VALID", solve_s=1.0, length=10.0, error="a note"),
+        row("a", 1, "ERROR", error=raised),
+        row("a", 3, "ERROR", error="Traceback\nKeyError: 'x'"),
+        row("a", 4, "KILLED", error=f"took {'long ' * 100}\nlast output"),
+        row("b", 2, "CRASH", error="died of signal 11\nlast output\n"),
+        row("c", 0, "ERROR"),
+        row("d", 0, "UNSUPPORTED", error="it cannot"),
+    ]
+    remarks = recorded(rows).remarks
+    assert remarks[0] == "`a` in `c3d`: 2 ERROR, first on problem 1: ValueError: no way | out"
+    assert remarks[1].startswith("`a` in `c3d`: 1 KILLED on problem 4: took long long")
+    assert remarks[1].endswith("…")
+    assert len(remarks[1]) < 250
+    assert remarks[2:] == ["`b` in `c3d`: 1 CRASH on problem 2: died of signal 11"]
+    assert f"- {remarks[0]}." in markdown.text(recorded(rows))
+
+
 def test_rates_are_of_what_was_attempted() -> None:
     """Some were skipped before there were weights."""
     rows = [row("a", i, "VALID" if i else "TIMEOUT", solve_s=1.0) for i in range(4)]

@@ -52,6 +52,7 @@ class ComparisonVerdict(str, Enum):
     BETTER = "better"
     WORSE = "worse"
     SAME = "same"  # no difference was shown
+    CANNOT_TELL = "cannot tell"  # none could have been: there are too few problems
     NOT_COMPARABLE = "not comparable"
 
 
@@ -76,18 +77,24 @@ class _Comparison:
     def p(self) -> float:
         return math.nan if self.test is None else self.test.p_value
 
-    def verdict(self, p_holm: float) -> ComparisonVerdict:
-        """A difference is shown by the test, corrected, and by nothing else."""
+    def verdict(self, p_holm: float, tests: int) -> ComparisonVerdict:
+        """A difference is shown by the test, corrected for so many, and by nothing else."""
         if self.test is None:
             return ComparisonVerdict.NOT_COMPARABLE
         direction = self.test.direction
         if p_holm > 1 - CONFIDENCE or direction == 0:
-            return ComparisonVerdict.SAME
+            too_few = _least_p(self.n) * tests > 1 - CONFIDENCE
+            return ComparisonVerdict.CANNOT_TELL if too_few else ComparisonVerdict.SAME
         return (
             ComparisonVerdict.BETTER
             if (direction > 0) == self.higher_is_better
             else ComparisonVerdict.WORSE
         )
+
+
+def _least_p(n: int) -> float:
+    """The smallest p of both tests with so many problems: they differ on all, in one direction."""
+    return min(1.0, 2.0 ** (1 - n))
 
 
 def chosen_metrics(names: str | None, a: RunResults, b: RunResults) -> tuple[Metric, ...]:
@@ -122,18 +129,20 @@ def compare(pairs: Sequence[Pair], metrics: Sequence[Metric]) -> pd.DataFrame:
     `p_holm` is p corrected for all tests of the table.
 
     `verdict` is of B, by A: better or worse if `p_holm` is at most 1 - CONFIDENCE; "same" means
-    that no difference was shown. Test and interval are two sides of one: uncorrected, the interval
+    that no difference was shown, "cannot tell" that n problems are too few to show any, corrected
+    for all tests of the table. Test and interval are two sides of one: uncorrected, the interval
     lies on one side where p is below 1 - CONFIDENCE. What does not compare has no test, and its
     `reason`.
     """
     found = [(pair, f) for pair in pairs for f in _findings(pair, metrics)]
     corrected = holm([finding.p for _, finding in found])
+    tests = sum(finding.test is not None for _, finding in found)
     rows = [
         {
             **_place(pair),
             **_numbers(finding),
             "p_holm": p_holm,
-            "verdict": finding.verdict(p_holm).value,
+            "verdict": finding.verdict(p_holm, tests).value,
             "reason": finding.reason,
         }
         for (pair, finding), p_holm in zip(found, corrected.tolist(), strict=True)
