@@ -17,8 +17,8 @@ from envs import InputError
 
 _NOTE = (
     "Verdicts are of B, by A: better is {better}; "
-    "same means that no difference was shown, not that there is none; cannot tell that the problems "
-    "are too few to show any. Success is of the n problems "
+    "same means that no difference was shown, not that there is none; cannot tell that the "
+    "problems are too few to show any. Success is of the n problems "
     "that both were measured on, with McNemar's exact test; the rest are medians over the n that "
     "both solved, with Wilcoxon's signed-rank test. B / A is Hodges and Lehmann's estimate of B by "
     "A on a problem, and B - A of margins and where a value is not positive, "
