@@ -89,6 +89,10 @@ REGISTRY: Registry[Environment] = Registry(
     ],
     entry_point_group="bench.envs",
     base="envs.environment:Environment",
+    of_files={
+        ".urdf": "an arm is arm:urdf={}",
+        **dict.fromkeys((".glb", ".obj", ".off", ".ply", ".stl"), "a mesh is mesh:file={}"),
+    },
 )
 
 

@@ -45,10 +45,11 @@ def is_text(name: str) -> bool:
 
 
 class UnknownNameError(InputError):
-    """A name that is not among `known`; the message suggests the nearest ones."""
+    """A name that is not among `known`; the message suggests the nearest ones, or says what to
+    write `instead`."""
 
-    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
-        super().__init__(f"unknown {kind} {name!r}; {suggestion(name, known)}")
+    def __init__(self, kind: str, name: str, known: Iterable[str], instead: str = "") -> None:
+        super().__init__(f"unknown {kind} {name!r}; {instead or suggestion(name, known)}")
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:

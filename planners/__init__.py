@@ -139,6 +139,7 @@ REGISTRY: Registry[Planner] = Registry(
     ],
     entry_point_group="bench.planners",
     base="planners.base:Planner",
+    of_files={".py": "a file's planners have names of their own, once --planner-file {} is given"},
 )
 
 

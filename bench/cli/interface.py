@@ -306,8 +306,8 @@ def paper() -> None:
     beside the paper's figures. DIR holds paper.md, its pictures, and every table as CSV."""
 
 
-@_command("list", "listing:list_", "list planners and environments")
-@click.argument("what", required=False, type=click.Choice(["planners", "envs"]))
+@_command("list", "listing:list_", "list planners, environments and metrics")
+@click.argument("what", required=False, type=click.Choice(["planners", "envs", "metrics"]))
 @click.option("--json", is_flag=True, help="as JSON, with all that is known of each")
 @_planner_file
 def list_() -> None:
@@ -315,7 +315,7 @@ def list_() -> None:
 
 
 @_command("test-planner", "commands:test_planner", "check that a planner keeps to the contract")
-@click.argument("planner", metavar="NAME|FILE.py:CLASS")
+@click.argument("planner", metavar="NAME|FILE.py:CLASS[:KEY=VALUE,...]")
 @click.option(
     "--env",
     default="c3d",

@@ -1,4 +1,4 @@
-"""`bench list`: what is registered. Nothing numerical is imported for it."""
+"""`bench list`: what is registered. Nothing numerical is imported for planners and environments."""
 
 from __future__ import annotations
 
@@ -15,11 +15,41 @@ from envs.registry import Registry
 
 def list_(chosen: SimpleNamespace) -> int:
     """`bench list`."""
+    listed = _metrics() if chosen.what == "metrics" else _registered(chosen.what)
+    if chosen.json:
+        tell(json.dumps(listed, indent=2))
+        return 0
+    for what, entries in listed.items():
+        tell(f"{what}:")
+        for entry in entries:
+            tell(f"  {entry['id']:<20} {printable(str(entry['description']))}")
+    return 0
+
+
+def _metrics() -> dict[str, list[dict[str, Any]]]:
+    from bench.judging import metrics, user_metrics
+
+    with user_metrics.registered(()):
+        known = metrics.known_metrics()
+    return {
+        "metrics": [
+            {
+                "id": metric.name,
+                "description": f"{metric.heading()}, better {metric.better}",
+                **{key: getattr(metric, key) for key in ("title", "unit", "better", "effect")},
+                **{key: getattr(metric, key) for key in ("timed", "primary", "version", "origin")},
+            }
+            for metric in known
+        ]
+    }
+
+
+def _registered(what: str | None) -> dict[str, list[dict[str, Any]]]:
     wanted: dict[str, Registry[Any]] = {"planners": planners.REGISTRY, "envs": envs.REGISTRY}
-    if chosen.what:
-        wanted = {chosen.what: wanted[chosen.what]}
-    listed = {
-        what: [
+    if what is not None:
+        wanted = {what: wanted[what]}
+    return {
+        kind: [
             {
                 "id": spec.id,
                 "description": spec.description,
@@ -31,13 +61,5 @@ def list_(chosen: SimpleNamespace) -> int:
             }
             for spec in registry.specs()
         ]
-        for what, registry in wanted.items()
+        for kind, registry in wanted.items()
     }
-    if chosen.json:
-        tell(json.dumps(listed, indent=2))
-        return 0
-    for what, specs in listed.items():
-        tell(f"{what}:")
-        for spec in specs:
-            tell(f"  {spec['id']:<20} {printable(str(spec['description']))}")
-    return 0

@@ -6,6 +6,7 @@ Some problems are solvable; one has its goal in an obstacle, one its start withi
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ from bench.judging.judge import Judge, Judgement
 from bench.storage.record import Fault
 from envs import Environment, Problem, Spec
 from envs.collision.shapes import Box
-from envs.registry import Entry, spec
+from envs.registry import Entry
 from envs.scenes.boxes import BoxWorld
 from planners import Planner, Status, user_plugins
 
@@ -226,6 +227,10 @@ def _blocked(world: Environment, problem: Problem) -> list[_Question]:
     return [("a goal within an obstacle", goal, math.inf)]
 
 
+_OF_FILE = re.compile(
+    r"(?P<file>.*?\.py)(?::(?P<cls>[^:=]*))?(?::(?P<arguments>[^:]*=.*))?", re.DOTALL
+)
+
 _INSIDE, _WALL = 4.0, 1.0  # the cage's inner side and its walls' thickness, in units of the cube
 
 
@@ -262,15 +267,17 @@ def unsolvable_problem(seed: int = 1) -> Problem:
 
 @contextmanager
 def named(text: str) -> Iterator[Entry[Planner]]:
-    """What "NAME", "NAME:key=value,...", "FILE.py:CLASS" or "FILE.py" names; a file's planners are
-    registered as long as the context lasts.
+    """What "NAME", "FILE.py:CLASS" or "FILE.py" names, with ":key=value,..." after it or not. A file's
+    planners are registered as long as the context lasts.
 
     Raises:
         InputError: there is no such planner, or its file is not in order.
     """
-    source, _, cls = (text, "", "") if spec.is_file(text) else text.rpartition(":")
-    if not spec.is_file(source):
+    of_file = _OF_FILE.fullmatch(text)
+    if of_file is None:
         yield planners.REGISTRY.entry(text)
         return
-    with user_plugins.registered([Path(source)]):
-        yield planners.REGISTRY.entry(user_plugins.spec_of_class(Path(source), cls).id)
+    file = Path(of_file["file"])
+    with user_plugins.registered([file]):
+        id = user_plugins.spec_of_class(file, of_file["cls"] or "").id
+        yield planners.REGISTRY.entry(":".join(filter(None, (id, of_file["arguments"]))))

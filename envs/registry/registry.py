@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Any, Generic, TypeVar
 
 from envs.errors import InputError, UnknownNameError, reason
@@ -100,16 +101,24 @@ class Registry(Generic[T]):
         specs: its own, in the order in which they are listed.
         entry_point_group: under which other packages announce more; each loads to a `Spec`.
         base: what their classes must be subclasses of, or its entry point.
+        of_files: by how a file's name ends, what to write to have one of what the file holds, with
+            `{}` for its name: who gives a file in place of a name is told so.
 
     Attributes:
         plugins: who looks at what others add.
     """
 
     def __init__(
-        self, kind: str, specs: Iterable[Spec], entry_point_group: str, base: type | str = object
+        self,
+        kind: str,
+        specs: Iterable[Spec],
+        entry_point_group: str,
+        base: type | str = object,
+        of_files: Mapping[str, str] | None = None,
     ) -> None:
         self.kind = kind
         self.plugins = PlugIns(kind, entry_point_group, base)
+        self._of_files = of_files or {}
         self._specs: dict[str, Spec] = {}
         self._announced: set[str] = set()
         self._plugins_read = False
@@ -205,7 +214,8 @@ class Registry(Generic[T]):
         names = self._names()
         if name not in names:
             groups = {group for spec in self.specs() for group in spec.groups}
-            raise UnknownNameError(self.kind, name, [*names, *groups, "all"])
+            instead = self._of_files.get(PurePath(name).suffix.lower(), "").format(name)
+            raise UnknownNameError(self.kind, name, [*names, *groups, "all"], instead)
         spec = names[name]
         chosen = parsed_arguments(text, rest)
         for key, stand_in in spec.without.items():

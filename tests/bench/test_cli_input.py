@@ -7,6 +7,7 @@ import re
 import sqlite3
 import subprocess
 import sys
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from conftest import Cli, Refused
 from bench.analysis import regression
 from bench.cli import interface
 from bench.conformance.trials import TIME_LIMIT_S
+from bench.judging.metrics import METRICS
 from bench.report import writers
 
 
@@ -208,3 +210,28 @@ def test_a_shell_completes_the_last_name() -> None:
     assert completed("run --env bun") == ["bunny"]
     assert completed("run --planners fmm,rrts") == ["fmm,rrtstar"]
     assert completed("list planners more ") == []
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "said"),
+    [
+        ("--env", "my/arm.urdf", "an arm is arm:urdf=my/arm.urdf"),
+        ("--env", "Room{0}.PLY", "a mesh is mesh:file=Room{0}.PLY"),
+        ("--env", "a.glb:kind=interior", "a mesh is mesh:file=a.glb"),
+        ("--planners", "fmm,mine.py", "--planner-file mine.py"),
+        ("--planners", "mine.py:Mine", "--planner-file mine.py"),
+    ],
+)
+def test_who_gives_a_file_for_a_name_is_told_what_to_write(
+    refused: Refused, option: str, name: str, said: str
+) -> None:
+    chosen = {"--env": "c3d", "--planners": "fmm", option: name}
+    assert said in refused("run", *chain(*chosen.items()))
+
+
+def test_metrics_are_listed(bench: Cli) -> None:
+    code, out, _ = bench("list", "metrics", "--json")
+    [listed] = json.loads(out).values()
+    assert code == 0
+    assert [one["id"] for one in listed] == [metric.name for metric in METRICS]
+    assert "travel time at speed S*, better lower" in bench("list", "metrics")[1]

@@ -177,6 +177,8 @@ def test_one_that_does_not_plan_there_is_told_apart_from_one_that_passes(bench: 
         ((f"{FILE}:Chanse",), "did you mean 'Chance'"),
         ((f"{FILE}",), "has no planner ''"),
         ((f"{FILE}:_Hidden",), "has no planner '_Hidden'"),
+        ((f"{FILE}:Faultless:stp=1",), "has no argument 'stp'"),
+        (("no/such.py:Mine:step=1",), "cannot read"),
         (("rrtconnect", "--env", "c4d"), "did you mean 'c3d'"),
         (("rrtconnect", "--time-limit", "nan"), "--time-limit must be between"),
         (("ntfields-nosym",), "has no weights for c3d"),
