@@ -267,8 +267,8 @@ def unsolvable_problem(seed: int = 1) -> Problem:
 
 @contextmanager
 def named(text: str) -> Iterator[Entry[Planner]]:
-    """What "NAME", "FILE.py:CLASS" or "FILE.py" names, with ":key=value,..." after it or not. A file's
-    planners are registered as long as the context lasts.
+    """What "NAME", "FILE.py:CLASS" or "FILE.py" names, with ":key=value,..." after it or not. A
+    file's planners are registered as long as the context lasts.
 
     Raises:
         InputError: there is no such planner, or its file is not in order.
