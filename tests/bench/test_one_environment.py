@@ -55,7 +55,7 @@ def test_names_of_one_environment_in_a_run_and_after_it(bench: Cli, balls: Path)
 
     assert bench("run", "--env", first, "--planners", "lazyprmstar", *RUN[2:], "--out", "b")[0] == 0
     assert (
-        bench("report", "a", "b", "--out", "both", "--format", "md,csv,planner-problem_set")[0] == 0
+        bench("report", "a", "b", "--out", "both", "--format", "md,csv,planner-arena")[0] == 0
     )
     joined = pd.read_csv("both/summary.csv")
     assert joined["env"].tolist() == [copy] * 3
