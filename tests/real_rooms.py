@@ -15,13 +15,15 @@ from bench.execution.worker_process import ONE_THREAD
 ROOMS = ("office_small", "office_large", "meeting_room")
 
 
-def solved(command: list[str], room: str, planners: str, out: Path) -> dict[str, int]:
-    """How many of 100 problems in a room each planner solves, by a command line that runs them."""
+def solved(
+    command: list[str], room: str, planners: str, problems: int, out: Path
+) -> dict[str, int]:
+    """How many of the problems in a room each planner solves, by a command line that runs them."""
     if not has_data(f"rooms/{room}_zup.ply"):
         pytest.skip("BENCH_DATA has no rooms")
     path = Path(os.environ["BENCH_DATA"]) / f"rooms/{room}_zup.ply"
     env = f"mesh:file={path},kind=interior,robot_radius=0.15"
-    chosen = ("--env", env, "--planners", planners, "--problems", "100", "--seed", "2026")
+    chosen = ("--env", env, "--planners", planners, "--problems", f"{problems}", "--seed", "2026")
     done = subprocess.run(
         [sys.executable, *command, "run", *chosen, "--stop", "first", "--out", str(out / "run")],
         env={**os.environ, **ONE_THREAD, "XDG_CACHE_HOME": str(out / "cache")},
@@ -31,5 +33,6 @@ def solved(command: list[str], room: str, planners: str, out: Path) -> dict[str,
     )
     assert done.returncode == 0, done.stderr
     records = records_of(out / "run")
+    assert len(records) == problems * records["planner"].nunique()
     counts = (records["outcome"] == "VALID").groupby(records["planner"]).sum()
     return {str(planner): int(count) for planner, count in counts.items()}

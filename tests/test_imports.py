@@ -7,11 +7,11 @@ import sys
 
 import pytest
 
-LARGE = ("torch", "matplotlib", "plotly", "skfmm")
+LARGE = ("torch", "matplotlib", "plotly", "skfmm", "pandas")
 
 TEXT = f"""
 import sys
-import bench.cli.app
+import bench.execution.worker
 import envs, planners
 world = envs.make("arm4")
 planners.make("rrtconnect").setup(world, seed=0)

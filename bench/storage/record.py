@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, field, fields
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from envs.problem import Array
 from planners import Status
+
+if TYPE_CHECKING:
+    import pandas as pd  # half a second, which every planner's process can save
 
 
 class Fault(str, Enum):
@@ -114,10 +116,10 @@ def with_metrics(records: pd.DataFrame) -> pd.DataFrame:
     values = [metrics_of(text) for text in records["metrics"]]
     names = dict.fromkeys([*OF_ANY_PATH, *(name for row in values for name in row)])
     columns = {
-        name: pd.Series([row.get(name) for row in values], index=records.index, dtype=float)
+        name: np.array([row.get(name) for row in values], dtype=float)  # NaN for None
         for name in names
     }
-    whole: pd.DataFrame = pd.concat([records, pd.DataFrame(columns, index=records.index)], axis=1)
+    whole: pd.DataFrame = records.assign(**columns)
     return whole
 
 

@@ -54,9 +54,7 @@ def test_names_of_one_environment_in_a_run_and_after_it(bench: Cli, balls: Path)
         assert store.execute("SELECT count(*) FROM records").fetchone() == (4,), "and only once"
 
     assert bench("run", "--env", first, "--planners", "lazyprmstar", *RUN[2:], "--out", "b")[0] == 0
-    assert (
-        bench("report", "a", "b", "--out", "both", "--format", "md,csv,planner-arena")[0] == 0
-    )
+    assert bench("report", "a", "b", "--out", "both", "--format", "md,csv,planner-arena")[0] == 0
     joined = pd.read_csv("both/summary.csv")
     assert joined["env"].tolist() == [copy] * 3
     assert "Left out" not in (balls / "both" / "summary.md").read_text()

@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 from real_rooms import ROOMS, solved
 
-pytestmark = pytest.mark.slow(minutes=5)
+pytestmark = pytest.mark.slow(minutes=2)
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_classical_planners_solve_99_of_100(room: str, tmp_path: Path) -> None:
-    counts = solved(["-m", "bench"], room, "fmm,rrtconnect", tmp_path)
-    assert counts["fmm"] >= 99
-    assert counts["rrtconnect"] >= 99
+def test_fast_marching_solves_all_of_20(room: str, tmp_path: Path) -> None:
+    """Of 100 it solves 99 at least, but takes a second for each."""
+    assert solved(["-m", "bench"], room, "fmm", 20, tmp_path) == {"fmm": 20}
