@@ -196,7 +196,7 @@ def test_planner(chosen: SimpleNamespace) -> int:
     """`bench test-planner`."""
     check_range("--time-limit", chosen.time_limit, 0.001, 86_400)
     env = envs.REGISTRY.entry(chosen.env)
-    with conformance.named(chosen.planner) as planner:
+    with conformance.resolve_planner(chosen.planner) as planner:
         evidence = conformance.gathered(env, planner, chosen.time_limit)
     found = conformance.findings(evidence)
     tell("\n".join(finding.text for finding in found))

@@ -105,7 +105,7 @@ class Evidence:
         solvable: problems that have a solution.
         again: the first of them in a new process, in reverse.
         unsolvable: problems that have none, tried if it returned from the others.
-        caged: setting up among the walls of the cage, None if that was not tried.
+        walled_in: setting up among the closed walls, None if that was not tried.
         not_repeatable: see `envs.Spec`.
     """
 
@@ -113,7 +113,7 @@ class Evidence:
     solvable: tuple[Trial, ...] = ()
     again: tuple[Trial, ...] = ()
     unsolvable: tuple[Trial, ...] = ()
-    caged: SetUp | None = None
+    walled_in: SetUp | None = None
     not_repeatable: str = ""
 
     @property
@@ -166,13 +166,13 @@ def gathered(
         return Evidence(set_up, solvable)
     with asked.process() as (process, _):
         again = tuple(asked.tried(process, _first_solutions(problems[::-1])))
-    caged = None
+    walled_in = None
     if not is_learned(planner):  # which has no weights for it
-        cage = _Asked(_WALLED_IN.make(), _WALLED_IN, asked.planner, time_limit_s, start)
-        with cage.process() as (process, caged):
-            walled_in = [("a start that is walled in", unsolvable_problem(), math.inf)]
-            unsolvable += tuple(cage.tried(process, walled_in))
-    return Evidence(set_up, solvable, again, unsolvable, caged, planner.spec.not_repeatable)
+        among_walls = _Asked(_WALLED_IN.make(), _WALLED_IN, asked.planner, time_limit_s, start)
+        with among_walls.process() as (process, walled_in):
+            enclosed = [("a start that is walled in", unsolvable_problem(), math.inf)]
+            unsolvable += tuple(among_walls.tried(process, enclosed))
+    return Evidence(set_up, solvable, again, unsolvable, walled_in, planner.spec.not_repeatable)
 
 
 _Question = tuple[str, Problem, float]
@@ -231,13 +231,13 @@ _OF_FILE = re.compile(
     r"(?P<file>.*?\.py)(?::(?P<cls>[^:=]*))?(?::(?P<arguments>[^:]*=.*))?", re.DOTALL
 )
 
-_INSIDE, _WALL = 4.0, 1.0  # the cage's inner side and its walls' thickness, in units of the cube
+_INSIDE, _WALL = 4.0, 1.0  # the inner side of the walls and their thickness, in units of the cube
 
 
 class WalledIn(BoxWorld):
     """A point robot in the cube, in whose middle six slabs enclose a smaller cube."""
 
-    kind_of_problems = "cage"
+    kind_of_problems = "walls"
     advice = "there is room for any number"
 
     def __init__(self) -> None:
@@ -261,12 +261,12 @@ class WalledIn(BoxWorld):
 
 
 def unsolvable_problem(seed: int = 1) -> Problem:
-    """From the middle of the cage to outside."""
+    """From the middle of the walls to outside."""
     return Problem(np.zeros(3), np.full(3, 7.0), 0, seed)
 
 
 @contextmanager
-def named(text: str) -> Iterator[Entry[Planner]]:
+def resolve_planner(text: str) -> Iterator[Entry[Planner]]:
     """What "NAME", "FILE.py:CLASS" or "FILE.py" names, with ":key=value,..." after it or not. A
     file's planners are registered as long as the context lasts.
 

@@ -108,8 +108,8 @@ class RunConfig:
         """What is worth knowing of the problems: facts that tables show, and of each problem
         whether its straight line is blocked."""
         facts = {"share_of_straight_lines_blocked": share_blocked(problem_set.straight_lines)}
-        census = facts | problem_set.env.problem_statistics(self.problems, self.seed)
-        return {"census": census, "straight_lines": problem_set.straight_lines}
+        statistics = facts | problem_set.env.problem_statistics(self.problems, self.seed)
+        return {"census": statistics, "straight_lines": problem_set.straight_lines}
 
 
 @dataclass(frozen=True)

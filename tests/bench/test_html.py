@@ -17,7 +17,7 @@ from bench.analysis.run_results import RunResults
 from bench.report import formatting, html
 from bench.report.configurations import along
 from bench.report.html.overview import best_by, solved_by
-from bench.report.html.page import looks, text
+from bench.report.html.page import planner_styles, text
 from bench.report.html.problems import columns, problem_sets_of, problems_data
 from envs import Environment
 
@@ -64,14 +64,14 @@ def test_planners_that_keep_no_history_have_no_curve_of_lengths() -> None:
 
 
 def test_planners_have_the_papers_colours_and_differ_in_more_than_colour() -> None:
-    made = looks(["ntfields", "fmm", "another", "rrtconnect"])
+    made = planner_styles(["ntfields", "fmm", "another", "rrtconnect"])
     assert [one["light"] for one in made[:2]] == ["#ff7f0e", "#2ca02c"]
     assert len({(one["dash"], one["symbol"]) for one in made}) == 4
 
 
 def test_no_colour_is_lost_on_a_light_or_a_dark_page() -> None:
     weights = [0.2126, 0.7152, 0.0722]
-    for one in looks([f"p{n}" for n in range(14)]):
+    for one in planner_styles([f"p{n}" for n in range(14)]):
         light, dark = (
             np.array([int(one[page][i : i + 2], 16) / 255 for i in (1, 3, 5)]) @ weights
             for page in ("light", "dark")

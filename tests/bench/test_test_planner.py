@@ -83,7 +83,7 @@ def quick_and_pinned(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 def failed(name: str) -> dict[str, str]:
     """The checks that a planner of `planners_that_fail` fails, and what is said of it."""
-    with conformance.named(f"{FILE}:{name}") as planner:
+    with conformance.resolve_planner(f"{FILE}:{name}") as planner:
         evidence = conformance.gathered(envs.REGISTRY.entry("c3d"), planner, LIMIT_S, start=Here)
     found = conformance.findings(evidence)
     assert len(found) == len(conformance.CHECKS)
@@ -156,7 +156,7 @@ def test_a_good_planner_passes_in_real_processes(bench: Cli) -> None:
 def test_a_learned_planner_is_not_put_into_a_world_it_has_no_weights_for() -> None:
     entries = envs.REGISTRY.entry("c3d"), planners.REGISTRY.entry("mpnet")
     evidence = conformance.gathered(*entries, 1.0, start=Here)
-    assert evidence.caged is None
+    assert evidence.walled_in is None
     assert [trial.what for trial in evidence.unsolvable] == ["a goal within an obstacle"]
     assert Outcome.FAILED not in {finding.outcome for finding in conformance.findings(evidence)}
 

@@ -48,7 +48,7 @@ def text(run: RunResults) -> str:
     numbers = {name: number for number, name in enumerate(planners)}
     shown = columns(run)
     data = {
-        "planners": looks(planners),
+        "planners": planner_styles(planners),
         "columns": [title for _, title, _ in shown],
         "tolerance": TOLERANCE,
         "problem_sets": [
@@ -104,7 +104,7 @@ _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of sRGB, ITU-R BT.709
 _DARK_MOST, _LIGHT_LEAST = 0.75, 0.35  # luminances on a light and on a dark page
 
 
-def looks(planners: Sequence[str]) -> list[dict[str, Any]]:
+def planner_styles(planners: Sequence[str]) -> list[dict[str, Any]]:
     """For each planner its `name`; `light` and `dark`, its colour on such pages, which differ only
     where it could hardly be seen; and `dash` and `symbol` for those who cannot tell colours apart,
     by plotly's names."""

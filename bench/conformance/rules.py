@@ -39,7 +39,7 @@ def support(evidence: Evidence) -> list[str] | NotSeen:
 
 
 def setup(evidence: Evidence) -> list[str] | NotSeen:
-    tried = {"": evidence.set_up, "in a world with a cage, ": evidence.caged}
+    tried = {"": evidence.set_up, "among closed walls, ": evidence.walled_in}
     if evidence.unsupported:
         return NotSeen(f"it does not plan here: {evidence.unsupported}")
     return [
