@@ -29,12 +29,20 @@ def planner(request: pytest.FixtureRequest, c3d: Environment) -> Planner:
     return set_up(request.param, c3d)
 
 
-def test_it_solves_what_it_claims_to_solve(planner: Planner, c3d: Environment) -> None:
+@pytest.fixture
+def limit_s(request: pytest.FixtureRequest) -> float:
+    """Fast marching takes seconds, and more where the machine is busy; others may use all."""
+    return 30.0 if request.node.callspec.params["planner"] == "fmm" else 5.0
+
+
+def test_it_solves_what_it_claims_to_solve(
+    planner: Planner, c3d: Environment, limit_s: float
+) -> None:
     judge = Judge(c3d)
     for problem in c3d.sample_problems(3, 8):
         begin = perf_counter()
-        result = planner.solve(problem, Budget(begin + 5))
-        assert perf_counter() - begin <= 5
+        result = planner.solve(problem, Budget(begin + limit_s))
+        assert perf_counter() - begin <= limit_s
         assert isinstance(result, PlannerResult)
         if made_to_fail(planner) and result.status is Status.APPROXIMATE_SOLUTION:
             continue
