@@ -21,7 +21,7 @@ import trimesh
 import envs
 import planners
 from envs import Problem
-from envs.compiled_cache import cache_folder
+from envs.compiled import cache_folder
 
 PARTS: tuple[dict[str, Callable[[], None]], ...]
 """For each process what it compiles, by name; see the end of the file."""

@@ -16,9 +16,9 @@ import pandas as pd
 
 from bench.analysis import timing
 from bench.analysis.summary import common_problems, faults, left_out_of_common, summarise
+from bench.judging.judge import BLOCKED
 from bench.judging.metric import Metric
 from bench.judging.metrics import known_metrics
-from bench.judging.straight_lines import BLOCKED
 from bench.storage.store import StoredRecords
 from envs import InputError
 

@@ -14,8 +14,8 @@ import planners
 from bench.execution import planner_queries as queries
 from bench.execution.planner_queries import World
 from bench.execution.stop_rule import PAPER, StopRule, paper_rule
+from bench.judging.judge import share_blocked, straight_lines
 from bench.judging.metrics import REGISTERED
-from bench.judging.straight_lines import share_blocked, straight_lines
 from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
 from envs.seeding import TEST_SEEDS, derived_seed, training_seed
@@ -140,7 +140,7 @@ class ProblemSet:
 
     @cached_property
     def straight_lines(self) -> str:
-        """See `bench.judging.straight_lines.straight_lines`."""
+        """See `bench.judging.judge.straight_lines`."""
         return straight_lines(self.env, self.problems)
 
     def weights(self, planner: Entry[Planner]) -> str:

@@ -13,8 +13,7 @@ from bench.execution import measurement, weights_manager
 from bench.execution.attempt_journal import Underway
 from bench.execution.config import ProblemSet, RunConfig, on_device, repeated
 from bench.execution.planner_queries import minutes_of_training
-from bench.execution.session import BLOCK, Costs, Progress, Session, now
-from bench.execution.slots import Slots
+from bench.execution.session import BLOCK, Costs, Progress, Session, Slots, now
 from bench.execution.supervised_planner import SupervisedPlanner
 from bench.execution.worker_process import Attempt
 from bench.judging.judge import Judge

@@ -1,5 +1,5 @@
-"""The costs of one call of `runner.run`, and its progress: a bar on a terminal, a line now and then
-elsewhere.
+"""One call of `runner.run`: its costs; its progress, a bar on a terminal, a line now and then
+elsewhere; and where its planners plan at the same time without disturbing each other.
 """
 
 from __future__ import annotations
@@ -9,8 +9,11 @@ import sys
 import threading
 import uuid
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from datetime import datetime, timezone
+from queue import SimpleQueue
 from time import monotonic
 from typing import Any, NoReturn
 
@@ -18,7 +21,8 @@ from tqdm.auto import tqdm
 
 import planners.learning.learned_planner
 from bench.execution import machine
-from bench.execution.config import RunConfig
+from bench.execution.config import ProblemSet, RunConfig
+from bench.judging.judge import Judge
 from bench.storage.record import Record, Verdict
 from envs.errors import printable
 
@@ -184,3 +188,44 @@ class TrainingProgress:
     def __exit__(self, *error: object) -> None:
         if self._bar is not None:
             self._bar.close()
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One of several planners' place at a time: processors that no other uses, and a judge, which
+    works on them while the planner waits. So judges wait neither for each other nor for planners,
+    and none of them takes time from a planner whose clock runs.
+
+    Attributes:
+        cpus: logical processors; empty for any.
+    """
+
+    cpus: tuple[int, ...]
+    judge: Judge
+
+
+class Slots:
+    """The slots of a problem set.
+
+    Args:
+        jobs: planners at a time, among whom the machine is divided.
+        used: as many of their slots as will ever be taken at once.
+    """
+
+    def __init__(self, problem_set: ProblemSet, jobs: int, used: int) -> None:
+        self._free: SimpleQueue[Slot] = SimpleQueue()
+        worlds = [problem_set.env, *(problem_set.entry.make() for _ in range(used - 1))]
+        # Not all of `jobs`: making a world may take seconds.
+        for cpus, world in zip(machine.shares(jobs), worlds, strict=False):
+            self._free.put(Slot(cpus, Judge(world)))
+
+    @contextmanager
+    def taken(self) -> Iterator[Slot]:
+        """One that is free, for the calling thread, which is confined to it together with whatever
+        it starts."""
+        slot = self._free.get()
+        try:
+            machine.confine_thread(slot.cpus)
+            yield slot
+        finally:
+            self._free.put(slot)

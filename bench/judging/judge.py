@@ -1,8 +1,10 @@
-"""The judge: decides whether a claimed path solves its problem, with its own collision model."""
+"""The judge: decides whether a claimed path solves its problem, with its own collision model, and
+which problems a straight line does not solve.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -110,3 +112,20 @@ class Judge:
         enough = 2 * (FIRST_QUERIES + 2 * robot.rate_bound * length / self._model.tolerance)
         most = max(_MOST_QUERIES // max(robot.moving, 1), 2 * FIRST_QUERIES)
         return int(min(enough, most))
+
+
+BLOCKED, FREE = "B", "F"
+"""A letter each, of the problems 0, 1, ..., as runs note them."""
+
+
+def straight_lines(env: Environment, problems: Sequence[Problem]) -> str:
+    """Of each problem whether its straight line is BLOCKED or FREE, by the check that the judge
+    has, at its tolerance."""
+    model = env.collision_model()
+    free = (model.segment_is_free(problem.start, problem.goal) for problem in problems)
+    return "".join(FREE if is_free else BLOCKED for is_free in free)
+
+
+def share_blocked(letters: str) -> float:
+    """The share of blocked straight lines, to four digits; 0 without problems."""
+    return round(letters.count(BLOCKED) / max(len(letters), 1), 4)

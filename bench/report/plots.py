@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from bench.analysis.anytime import anytime
 from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import solved_by_time
+from bench.analysis.timing import anytime
 from bench.storage.record import Verdict
 from envs.errors import InputError, UnknownNameError
 

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from records import recorded, row
 
 import bench as package
-from bench.analysis.anytime import anytime
 from bench.analysis.comparison import compare, pair_runs
 from bench.analysis.regression import Baseline
 from bench.analysis.statistics import clustered_wilson_interval, improvement, wilson_interval
+from bench.analysis.timing import anytime
 from bench.judging.metrics import METRICS
 from envs import InputError
 

@@ -9,7 +9,7 @@ import pandas as pd
 from conftest import Cli
 
 import envs
-from bench.judging.straight_lines import share_blocked, straight_lines
+from bench.judging.judge import share_blocked, straight_lines
 
 
 def test_letters_are_the_checks_answers() -> None:

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from envs import compiled_cache
-from envs.compiled_cache import cache_folder
+from envs import compiled
+from envs.compiled import cache_folder
 
-ROOT = Path(compiled_cache.__file__).parents[1]
+ROOT = Path(compiled.__file__).parents[1]
 
 LOWER = (
     "from envs.compiled import njit_inline\n@njit_inline\ndef least(x):\n    return x + {more}\n"
@@ -46,7 +46,7 @@ def copy(tmp_path: Path) -> Path:
 
 
 def folder_of(program: Path, cache: Path) -> str:
-    code = "from envs.compiled_cache import cache_folder; print(cache_folder())"
+    code = "from envs.compiled import cache_folder; print(cache_folder())"
     done = subprocess.run(
         [sys.executable, "-c", code],
         env={**os.environ, "PYTHONPATH": str(program), "NUMBA_CACHE_DIR": str(cache)},

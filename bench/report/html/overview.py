@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.analysis.anytime import anytime
 from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import solved_by_time
+from bench.analysis.timing import anytime
 from bench.judging.metric import Metric
 from bench.report import formatting
 from bench.report.html.problems import ProblemSetResults
@@ -95,7 +95,7 @@ def solved_by(records: pd.DataFrame, limit_s: float) -> Curve:
 def best_by(records: pd.DataFrame, limit_s: float) -> Curve | None:
     """The median `y` of the best length after `x` seconds, with the ends `low` and `high` of its
     interval, and, in `first`, the place where half of the attempts had a first solution; see
-    `bench.analysis.anytime`. None of planners that keep no history."""
+    `bench.analysis.timing`. None of planners that keep no history."""
     found = anytime(records, limit_s)
     if found is None:
         return None
