@@ -20,7 +20,7 @@ from bench.execution.stop_rule import StopRule
 from bench.execution.supervised_planner import SupervisedPlanner
 from bench.judging.judge import Judge
 from bench.judging.metrics import REGISTERED
-from bench.storage.record import decode_path, encode_path, metrics_of, outcome
+from bench.storage.record import decode_path, metrics_of
 from envs import Environment, InputError
 from envs.errors import UnknownNameError
 from envs.problem import Array
@@ -216,10 +216,7 @@ def _attempted(config: RunConfig, repeat: int, stop_cost: float) -> Mapping[str,
     finally:
         supervised.stop()
     judged = measurement.judged(Judge(problem_set.env), problem, attempt)
-    verdict = judged.verdict.value if judged else ""
-    what = outcome(attempt.status, verdict, attempt.solve_s, config.time_limit_s)
-    path = encode_path(attempt.path)
-    known = {"run_id": "replay", "repeat": repeat, "outcome": what, "measured_at": "", "path": path}
+    known = {"run_id": "replay", "repeat": repeat, "measured_at": ""}
     record = asdict(supervised.record(problem, attempt, judged, **known))
     return record | metrics_of(record["metrics"])
 

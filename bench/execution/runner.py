@@ -17,7 +17,7 @@ from bench.execution.session import BLOCK, Costs, Progress, Session, Slots, now
 from bench.execution.supervised_planner import SupervisedPlanner
 from bench.execution.worker_process import Attempt
 from bench.judging.judge import Judge
-from bench.storage.record import Fault, Record, encode_path, outcome
+from bench.storage.record import Fault, Record
 from bench.storage.store import Store
 from envs import Problem
 from envs.registry import Entry
@@ -257,17 +257,9 @@ class _Stage:
         judged = measurement.judged(judge, problem, attempt)
         spent = monotonic() - begin
         self._session.add(Costs(attempts=1, solve_s=attempt.solve_s or 0.0, judge_s=spent))
-        verdict = judged.verdict.value if judged else ""
-        what = outcome(attempt.status, verdict, attempt.solve_s, self._config.time_limit_s)
+        run_id = self._session.run_id
         record = supervised.record(
-            problem,
-            attempt,
-            judged,
-            run_id=self._session.run_id,
-            repeat=repeat,
-            outcome=what,
-            measured_at=now(),
-            path=encode_path(attempt.path),
+            problem, attempt, judged, run_id=run_id, repeat=repeat, measured_at=now()
         )
         reference = self._config.stop.reference
         if reference and supervised.id == reference.id:

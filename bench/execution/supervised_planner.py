@@ -14,7 +14,7 @@ from bench.execution.measurement import stored_metrics
 from bench.execution.session import Costs, Session
 from bench.execution.worker_process import Attempt, SetUp, WorkerProcess
 from bench.judging.judge import Judgement
-from bench.storage.record import Fault, Record, Verdict
+from bench.storage.record import Fault, Record, Verdict, encode_path, outcome
 from envs import InputError, Problem
 from envs.registry import Entry
 from envs.seeding import derived_seed
@@ -86,9 +86,11 @@ class SupervisedPlanner:
     def record(
         self, problem: Problem, attempt: Attempt, judged: Judgement | None, **known: Any
     ) -> Record:
-        """The row for an attempt; `known` are the columns that only the run knows."""
+        """The row for an attempt; `known` are the columns that only the run knows: `run_id`,
+        `repeat` and `measured_at`."""
         set_up = self._set_up or SetUp("", "", 0.0)
-        solved = known["outcome"] == Verdict.VALID.value
+        verdict = judged.verdict.value if judged else ""
+        came = outcome(attempt.status, verdict, attempt.solve_s, self._config.time_limit_s)
         checks = attempt.stats.get("collision_checks")
         reason = judged.reason if judged else ""
         return Record(
@@ -102,14 +104,16 @@ class SupervisedPlanner:
             settings=self._config.settings_digest,
             seed=problem.seed,
             status=attempt.status,
-            verdict=judged.verdict.value if judged else "",
-            solved=int(solved),
+            verdict=verdict,
+            outcome=came,
+            solved=int(came == Verdict.VALID.value),
             setup_s=set_up.setup_s,
             train_s=set_up.train_s,
             solve_s=attempt.solve_s,
             cpu_s=attempt.cpu_s,
             load=attempt.load,
             metrics=stored_metrics(judged),
+            path=encode_path(attempt.path),
             collision_checks=checks if isinstance(checks, int) else None,
             peak_memory_mb=attempt.peak_memory_mb,
             attempt_memory_mb=attempt.attempt_memory_mb,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from envs.problem import Array
@@ -44,18 +42,6 @@ def _equal_pieces(waypoints: Array, lengths: Array) -> tuple[Array, Array]:
     places = (np.arange(MOST_PIECES) + 0.5) / MOST_PIECES * along[-1]
     middles = np.column_stack([np.interp(places, along, axis) for axis in waypoints.T])
     return middles, np.full(MOST_PIECES, along[-1] / MOST_PIECES)
-
-
-def travel_time(waypoints: Array, speed: Callable[[Array], Array], spacing: float) -> float:
-    """The time of travel along the path at the speed field S*: the integral of ds / S*(q), by the
-    midpoint rule over `pieces`.
-
-    Args:
-        speed: (n, d) -> (n,), positive.
-        spacing: in the unit of the configurations.
-    """
-    middles, lengths = pieces(waypoints, spacing)
-    return float((lengths / speed(middles)).sum())
 
 
 def turns(waypoints: Array) -> tuple[Array, Array]:
