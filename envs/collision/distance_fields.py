@@ -4,6 +4,7 @@ form, and at all nodes of a regular grid for the cost of a few.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -11,36 +12,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.shapes import Box, Mesh
-from envs.compiled import njit_cached
+from envs.compiled import njit_cached, njit_hot
 from envs.grid import RegularGrid
 from envs.problem import Array
-
-_CHUNK = 32_768  # points handled at once: keeps the working arrays in cache
 
 
 def signed_distance_to_boxes(points: Array, boxes: Sequence[Box]) -> Array:
     """Signed distance (n,) from points (n, 3) to the surface of a union of solid boxes.
 
     Exact outside the union. Inside it is negative and at most the true depth in size, exact where
-    boxes do not overlap. No boxes give +inf.
+    boxes do not overlap. No boxes give +inf, and a point that is no number gives NaN.
     """
-    distance = np.full(len(points), np.inf)
-    for begin in range(0, len(points), _CHUNK):
-        part = points[begin : begin + _CHUNK]
-        out = distance[begin : begin + _CHUNK]
-        for box in boxes:
-            np.minimum(out, _to_box(part, box), out=out)
-    return distance
+    if not boxes:
+        return np.full(len(points), np.inf)
+    found = np.empty(len(points))
+    centers = np.array([box.center for box in boxes])
+    halves = np.array([box.sides / 2 for box in boxes])
+    _to_nearest_box(np.asarray(points, dtype=np.float64), centers, halves, found)
+    return found
 
 
-def _to_box(points: Array, box: Box) -> Array:
-    dx, dy, dz = (np.abs(points - box.center) - box.sides / 2).T
-    inside = np.minimum(np.maximum(np.maximum(dx, dy), dz), 0.0)
-    for axis in (dx, dy, dz):
-        np.maximum(axis, 0.0, out=axis)
-    # Written out so that the rounding, hence every sampled problem, is the same on every machine.
-    distance: Array = np.sqrt(dx * dx + dy * dy + dz * dz) + inside
-    return distance
+@njit_hot
+def _to_nearest_box(points: Any, centers: Any, halves: Any, found: Any) -> None:
+    """Writes the distances of points (n, 3) to boxes (m, 3). Not in quick arithmetic: its rounding,
+    hence every sampled problem, shall be the same on every machine."""
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        if math.isnan(x) or math.isnan(y) or math.isnan(z):
+            found[i] = np.nan  # comparisons would leave it infinitely far
+            continue
+        least = np.inf
+        for box in range(len(centers)):
+            dx = abs(x - centers[box, 0]) - halves[box, 0]
+            dy = abs(y - centers[box, 1]) - halves[box, 1]
+            dz = abs(z - centers[box, 2]) - halves[box, 2]
+            inside = min(max(dx, dy, dz), 0.0)
+            dx, dy, dz = max(dx, 0.0), max(dy, 0.0), max(dz, 0.0)
+            least = min(least, math.sqrt(dx * dx + dy * dy + dz * dz) + inside)
+        found[i] = least
 
 
 _BLOCK = 1_000_000  # points at a time
