@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import skfmm
-from scipy.interpolate import RegularGridInterpolator
 
 from envs import Environment
 from envs.grid import node_axes, node_positions
@@ -84,6 +83,10 @@ class SpeedGrid:
 
     def _interpolated(self, values: Array, q: Array) -> Array:
         """`values` on the nodes, multilinearly at configurations (n, d)."""
+        from scipy.interpolate import (
+            RegularGridInterpolator,  # half a second; planning does without
+        )
+
         upper = [axis[-1] for axis in self._axes]
         found: Array = RegularGridInterpolator(self._axes, values)(np.clip(q, self.lower, upper))
         return found

@@ -7,21 +7,31 @@ import sys
 
 import pytest
 
-LARGE = ("torch", "matplotlib", "plotly", "skfmm", "pandas")
+LARGE = ("matplotlib", "plotly", "pandas", "scipy.interpolate")
 
-TEXT = f"""
+TEXT = """
 import sys
 import bench.execution.worker
 import envs, planners
-world = envs.make("arm4")
-planners.make("rrtconnect").setup(world, seed=0)
-print(*[name for name in {LARGE} if name in sys.modules])
+world = envs.make({env!r})
+planners.make({planner!r}).setup(world, seed=0)
+print(*[name for name in {large} if name in sys.modules])
 """
 
 
-def test_sampling_planners_do_without_large_libraries() -> None:
-    """Their processes would start a second later, and take 200 MB more that counts as theirs."""
-    done = subprocess.run([sys.executable, "-c", TEXT], capture_output=True, text=True, check=False)
+@pytest.mark.parametrize(
+    ("planner", "env", "large"),
+    [
+        ("rrtconnect", "arm4", ("torch", "skfmm", *LARGE)),
+        ("ntfields", "c3d", ("trimesh", "scipy.ndimage", "scipy.optimize", *LARGE)),
+    ],
+)
+def test_planners_processes_do_without_large_libraries(
+    planner: str, env: str, large: tuple[str, ...]
+) -> None:
+    """They would start a second later, and take 200 MB more that counts as theirs."""
+    text = TEXT.format(planner=planner, env=env, large=large)
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == ""
 

@@ -150,7 +150,8 @@ def why_not_attempted(records: pd.DataFrame) -> str | None:
 def faults(records: pd.DataFrame) -> list[str]:
     """A line for each environment, planner and fault: how often, and what was said the first time.
     Of an exception that is the last line of its traceback, of anything else the first."""
-    told = records[records["status"].isin(_FAULTS) & (records["error"].fillna("") != "")]
+    words = records["error"].fillna("").str.strip()
+    told = records[records["status"].isin(_FAULTS) & (words != "")]
     lines = []
     for (env, planner, status), rows in told.groupby(["env", "planner", "status"], sort=False):
         first = rows.iloc[0]

@@ -13,14 +13,11 @@ speeds alone, and no path and no travel time goes into it.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy import ndimage, sparse
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import eigsh
 from torch import Tensor, nn
 
 from envs.compiled import njit_cached_quick
@@ -28,6 +25,9 @@ from envs.grid import node_axes, node_counts, node_positions
 from envs.problem import Array
 from envs.seeding import stream
 from planners.fields.clearance_field import ClearanceField, ClearanceMap, clearance_at
+
+if TYPE_CHECKING:  # SciPy's parts take half a second, which planners outside of rooms can save
+    from scipy import sparse
 
 _SPACING = 0.35
 """Between the nodes of the graph, by d_max, unless there would be too many."""
@@ -141,6 +141,8 @@ class _FreeGraph:
     def modes(self, count: int, seed: int) -> tuple[Array, Array]:
         """The slowest modes (nodes, count) but for the constant one, each of mean square 1, and
         their eigenvalues (count,)."""
+        from scipy.sparse.linalg import eigsh
+
         n = len(self._laplacian.indptr) - 1
         begin = stream("modes", seed).normal(size=n)
         least = 1e-6 * float(self._laplacian.diagonal().mean())
@@ -156,6 +158,9 @@ class _FreeGraph:
 
         The conductance between neighbours is the mean speed on the way, and 0 through walls.
         """
+        from scipy import sparse
+        from scipy.sparse.csgraph import connected_components
+
         number = np.cumsum(clear).reshape(clear.shape) - 1
         ends, conductances = [], []
         for axis in range(3):
@@ -199,6 +204,8 @@ class ModeArrays(NamedTuple):
         free: NDArray[np.bool_], values: NDArray[np.float32], clearances: ClearanceMap
     ) -> ModeArrays:
         """Modes (nodes, m) of the free nodes, in their order."""
+        from scipy import ndimage
+
         row = np.cumsum(free).reshape(free.shape) - 1
         nearest = ndimage.distance_transform_edt(~free, return_distances=False, return_indices=True)
         spacing = (clearances.upper - clearances.lower) / (np.array(free.shape) - 1)
