@@ -90,6 +90,9 @@ def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
             rounding += solid[12]
     points, v = np.empty((4, 3)), np.empty(3)
     n, squared, lower = 0, np.inf, 0.0
+    # (x, y, z) is the difference of a point of each, so that they are at most `length` apart. Of
+    # all such differences w is the least far along it: none is nearer to the origin than the plane
+    # through w across it. Both hold at every step, wherever the search ends.
     for _ in range(_STEPS):
         if length <= _PRECISION:
             break
@@ -101,7 +104,7 @@ def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
             break
         points[n, 0], points[n, 1], points[n, 2] = wx, wy, wz
         n, found = _nearest(points, n + 1, v)
-        if not found < squared:
+        if not found < squared:  # as near as rounding allows
             break
         squared, length = found, math.sqrt(found)
         x, y, z = v[0], v[1], v[2]
@@ -153,6 +156,7 @@ def _nearest(points: Any, n: int, v: Any) -> tuple[int, float]:
         ee = ex * ex + ey * ey + ez * ez
         if not ee > 0.0:
             continue
+        # On the edge p + along e, where its product with e is 0.
         along = -(px * ex + py * ey + pz * ez) / ee
         if 0.0 < along < 1.0:
             x, y, z = px + along * ex, py + along * ey, pz + along * ez
@@ -162,10 +166,12 @@ def _nearest(points: Any, n: int, v: Any) -> tuple[int, float]:
                 v[0], v[1], v[2] = x, y, z
         for j in range(i + 1, last):
             fx, fy, fz = points[j, 0] - px, points[j, 1] - py, points[j, 2] - pz
+            # On the triangle p + by_e e + by_f f: q is f without its part along e, so that the
+            # two can be found one after the other.
             share = (ex * fx + ey * fy + ez * fz) / ee
             qx, qy, qz = fx - share * ex, fy - share * ey, fz - share * ez
             qq = qx * qx + qy * qy + qz * qz
-            if qq <= _FLAT * (fx * fx + fy * fy + fz * fz):
+            if qq <= _FLAT * (fx * fx + fy * fy + fz * fz):  # no more than an edge
                 continue
             by_f = -(px * qx + py * qy + pz * qz) / qq
             by_e = along - share * by_f
@@ -184,6 +190,8 @@ def _nearest(points: Any, n: int, v: Any) -> tuple[int, float]:
         nx, ny, nz = fy * gz - fz * gy, fz * gx - fx * gz, fx * gy - fy * gx
         volume = ex * nx + ey * ny + ez * nz
         if volume != 0.0:
+            # The origin as p + by_e e + by_f f + by_g g, by Cramer's rule: within if all are
+            # positive and their sum is below 1.
             by_e = -(px * nx + py * ny + pz * nz) / volume
             nx, ny, nz = py * ez - pz * ey, pz * ex - px * ez, px * ey - py * ex
             by_f = (gx * nx + gy * ny + gz * nz) / volume

@@ -113,6 +113,8 @@ def mesh_to_mesh(
     nodes[0, 0], nodes[0, 1] = root, other_root
     bounds[0] = _node_to_node(trees, root, others, other_root, pose, most)
     waiting, least = 1, most
+    # Depth first, the nearer half first. No triangles of two nodes are nearer than the nodes are,
+    # so that pairs which are no nearer than what was found can be left out.
     while waiting and least > 0.0:
         waiting -= 1
         if bounds[waiting] >= least:
@@ -124,6 +126,7 @@ def mesh_to_mesh(
             moved(other_triangle, pose, there)
             least = min(least, triangle_to_triangle(triangle, there))
             continue
+        # The larger of the two: halving the smaller one would bring them hardly any farther apart.
         splits_a = others.child[b] < 0 or (trees.child[a] >= 0 and trees.radii[a] > others.radii[b])
         a1, b1, a2, b2 = a, b, a, b
         if splits_a:

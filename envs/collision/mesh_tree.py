@@ -139,6 +139,7 @@ def _boxes(
     begin = 0
     for node in range(len(sizes)):
         end = begin + sizes[node]
+        # How far the corners reach along each axis: the box ends there, wherever the mean is.
         low[:], high[:] = np.inf, -np.inf
         for at in range(begin, end):
             for corner in range(3):
@@ -153,6 +154,7 @@ def _boxes(
             middles[node, i] = means[node, i]
             for j in range(3):
                 middles[node, i] += (low[j] + high[j]) / 2 * axes[node, j, i]
+        # About the box's middle, so that one point serves both; corners are farthest of a triangle.
         for at in range(begin, end):
             for corner in range(3):
                 squared = 0.0

@@ -83,6 +83,7 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, clearances: Any) -> None:
     for part in range(arm.moving):
         for other in range(len(rows)):
             body, beside = arm.bodies[part], arm.bodies[other]
+            # Each pair counts once, for the body that moves as seen from the other.
             if beside >= body or not arm.pairs[part, other]:
                 continue
             most = clearances[part]
@@ -91,7 +92,7 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, clearances: Any) -> None:
                 if apart >= _NEAR:
                     clearances[part] = min(most, apart)
                     continue
-                most = min(most, _NEAR)
+                most = min(most, _NEAR)  # a lower bound is enough
             apart = separation(
                 arm.shapes,
                 part,

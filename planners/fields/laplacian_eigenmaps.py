@@ -229,6 +229,8 @@ def modes_at(modes: Any, field: Any, x: Any, values: Any) -> None:
     """Writes the modes (m,) at (3,): quadratic splines, weighted by how well nodes are seen."""
     base = np.empty(3, dtype=np.int64)
     spline = np.empty((3, 3))
+    # Quadratic B-splines about the nearest node: smooth once, with a sum of 1. Within half a spacing
+    # of the grid's ends they stay as they are there.
     for axis in range(3):
         last = modes.row.shape[axis] - 1
         u = min(max((x[axis] - modes.lower[axis]) / modes.spacing[axis], 0.0), float(last))
@@ -246,6 +248,7 @@ def modes_at(modes: Any, field: Any, x: Any, values: Any) -> None:
                 weight = spline[0, a] * spline[1, b] * spline[2, c]
                 if weight < 1e-9:
                     continue
+                # Never 0, so that a place which no node sees has a value, too.
                 if modes.free[i, j, k]:
                     weight *= _seen(modes, field, x, i, j, k) + 10 * _HARDLY
                 else:

@@ -67,6 +67,8 @@ def _inputs(ends: Any, net: Any, rows: Any) -> None:
     frequencies = waves.shape[0]
     direct = d + 2 * frequencies
     rows[:] = 0
+    # Of each end a row of values, and then one for each coordinate with their derivatives by it:
+    # of 2 x they are 2, of sin(2 pi w x) they are 2 pi w cos(2 pi w x).
     for end in range(2):
         at = end * (1 + d)
         for k in range(d):

@@ -91,7 +91,7 @@ def arm_inputs(field: Any, x: Any, rows: Any) -> None:
     """Writes the inputs at (d,), and their derivatives along each axis, (1 + d, size)."""
     d = len(x)
     arm, extent = field.arm, field.extent
-    q = field.middle + extent * x
+    q = field.middle + extent * x  # so that a derivative by x is `extent` times that by q
     bodies = np.empty((1 + d, 3, 4))
     body_poses(arm.chain, q, bodies)
     axes, origins = np.empty((d, 3)), np.empty((d, 3))
@@ -108,6 +108,8 @@ def arm_inputs(field: Any, x: Any, rows: Any) -> None:
             rows[0, at_point + i] = point[i]
             for k in range(3):
                 normal[k] = 1.0 if k == i else 0.0
+            # A coordinate of a point changes as the point moves along that axis; a clearance, as
+            # it moves along the direction from the nearest obstacle.
             _moved_along(arm, axes, origins, body, point, normal, slope)
             for k in range(d):
                 rows[1 + k, at_point + i] = extent * slope[k]
@@ -120,7 +122,7 @@ def arm_inputs(field: Any, x: Any, rows: Any) -> None:
         clearance /= field.reach
         counts = min(max(clearance, -0.5), 1.5)
         root, bounded = write_clearance_features(counts, rows, at_clearance)
-        if counts == clearance:
+        if counts == clearance:  # else it does not change there
             scale = extent / field.reach
             write_feature_slopes(clearance, root, bounded, slope, scale, rows, at_clearance)
 
