@@ -229,8 +229,8 @@ def modes_at(modes: Any, field: Any, x: Any, values: Any) -> None:
     """Writes the modes (m,) at (3,): quadratic splines, weighted by how well nodes are seen."""
     base = np.empty(3, dtype=np.int64)
     spline = np.empty((3, 3))
-    # Quadratic B-splines about the nearest node: smooth once, with a sum of 1. Within half a spacing
-    # of the grid's ends they stay as they are there.
+    # Quadratic B-splines about the nearest node: smooth once, with a sum of 1. Within half a
+    # spacing of the grid's ends they stay as they are there.
     for axis in range(3):
         last = modes.row.shape[axis] - 1
         u = min(max((x[axis] - modes.lower[axis]) / modes.spacing[axis], 0.0), float(last))
