@@ -257,6 +257,8 @@ def paths_are_free(
     a, b = points[:-1][inner], points[1:][inner]
     at_a, at_b = known[:-1][inner], known[1:][inner]
     while True:
+        # Clearance falls from either end by no more than points move, so that it is nowhere less
+        # than (at_a + at_b - moved) / 2. Motions of which that says too little are halved.
         moved = rate_bound * np.linalg.norm(b - a, axis=1)
         uncertain = (at_a + at_b - tolerance < moved) & free[owner]
         if not uncertain.any():

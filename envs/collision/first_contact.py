@@ -58,6 +58,7 @@ def first_contact(
             if here.clearance <= tolerance:
                 return here
             closest = min(closest, here, key=_clearance)
+            # As far as nothing can come nearer than half the tolerance, or the least step.
             reach = max(
                 (here.clearance - tolerance / 2) / max(bound, 1e-300),
                 whole / most_steps / max(float(length), 1e-300),

@@ -96,11 +96,15 @@ def shells(vertices: Array, faces: Ints) -> Shells:
     sides, tied = _linked_sides(vertices, distinct, edges)
     count = len(distinct)
     nodes = np.arange(count)
+    # Sides that meet in an edge without a face between them look at the same cell: a shell is what
+    # hangs together so. Fronts are 0, 1, ..., backs come after them.
     linked = coo_matrix((np.ones(len(sides)), sides.T), shape=(2 * count, 2 * count))
     _, shell = connected_components(linked, directed=False)
     joined = np.concatenate([sides, np.stack([nodes, nodes + count], axis=1)]) % count
     whole = coo_matrix((np.ones(len(joined)), joined.T), shape=(count, count))
     parts, part = connected_components(whole, directed=False)
+    # By the divergence theorem: signed tetrahedra from the mean, positive for a cell that normals
+    # point out of.
     six = np.linalg.det(vertices[distinct]) / 6
     volume = np.bincount(shell, np.concatenate([-six, six])).astype(np.float64)
     border = edges.count == 1

@@ -176,6 +176,7 @@ class _FreeGraph:
         n = int(clear.sum())
         half = sparse.coo_matrix((weight[weight > 0], pair[:, weight > 0]), (n, n))
         whole = (half + half.T).tocsr()
+        # Each other component would have a constant mode of its own, of eigenvalue 0.
         _, component = connected_components(whole, directed=False)
         members = np.flatnonzero(component == np.bincount(component).argmax())
         whole = whole[members][:, members]
