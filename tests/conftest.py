@@ -19,6 +19,8 @@ import envs
 import planners
 from bench import cli
 from bench.analysis.run_results import RunResults
+from bench.execution import supervised_planner
+from bench.execution.worker_process import GRACE_S
 from envs import Environment
 from envs.free_space import GridComponents
 from envs.scenes.point_world import PointWorld
@@ -181,8 +183,10 @@ def refused(bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refu
 
 
 @pytest.fixture
-def faulty() -> Iterator[list[str]]:
+def faulty(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """The names of planners written to misbehave, registered for the length of a test."""
+    # Those that hang are not waited for.
+    monkeypatch.setattr(supervised_planner, "WARM_UP_GRACE_S", GRACE_S)
     for spec in planners_that_fail.SPECS:
         planners.REGISTRY.register(spec)
     yield [spec.id for spec in planners_that_fail.SPECS]

@@ -12,7 +12,7 @@ from bench.execution import machine
 from bench.execution.config import ProblemSet, RunConfig, on_device
 from bench.execution.measurement import stored_metrics
 from bench.execution.session import Costs, Session
-from bench.execution.worker_process import Attempt, SetUp, WorkerProcess
+from bench.execution.worker_process import Attempt, SetUp, WorkerProcess, hard_limit_s
 from bench.judging.judge import Judgement
 from bench.storage.record import Fault, Record, Verdict, encode_path, outcome
 from envs import InputError, Problem
@@ -26,6 +26,12 @@ _OTHER_WEIGHTS = (
 
 SETUP_LIMIT_S = 3600.0
 """A planner whose `setup` takes longer is killed."""
+
+WARM_UP_GRACE_S = 30.0
+"""By which a planner may overrun its time limit on the warm-up problem, on which it may compile: if
+it were killed then, it would compile on the clock of an attempt, and be killed again."""
+
+_MOST_WARM_UPS = 3
 
 
 class SupervisedPlanner:
@@ -155,9 +161,18 @@ class SupervisedPlanner:
             return set_up
         self._has_been_ready = True
         if self._survives_warm_up:
-            self._worker.solve(self._problem_set.warm_up, self._config.time_limit_s, math.inf)
+            self._warm_up(self._worker)
             self._survives_warm_up = self._alive()
         return set_up if self._alive() else self._started()
+
+    def _warm_up(self, worker: WorkerProcess) -> None:
+        """Solves the throw-away problem; again if it took so long that an attempt would have been
+        killed, as the planner may have found its time over before it had compiled everything."""
+        limit_s = self._config.time_limit_s
+        for _ in range(_MOST_WARM_UPS):
+            made = worker.solve(self._problem_set.warm_up, limit_s, math.inf, WARM_UP_GRACE_S)
+            if not self._alive() or (made.solve_s or 0.0) <= hard_limit_s(limit_s):
+                return
 
     def _weights_now(self) -> str | None:
         """The digest of what a process that was just set up has read; None if it is gone."""

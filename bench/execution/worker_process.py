@@ -17,10 +17,24 @@ from envs import Problem
 from envs.problem import Array
 from envs.registry import Entry
 
-__all__ = ["GRACE_S", "GRACE_SHARE", "ONE_THREAD", "Attempt", "SetUp", "WorkerProcess"]
+__all__ = [
+    "GRACE_S",
+    "GRACE_SHARE",
+    "ONE_THREAD",
+    "Attempt",
+    "SetUp",
+    "WorkerProcess",
+    "hard_limit_s",
+]
 
 GRACE_SHARE, GRACE_S = 0.2, 1.0
 """A planner is killed when it overruns its time limit by both of these."""
+
+
+def hard_limit_s(time_limit_s: float, grace_s: float = GRACE_S) -> float:
+    """Seconds after which an attempt is killed."""
+    return time_limit_s + max(grace_s, GRACE_SHARE * time_limit_s)
+
 
 _POLL_S = 0.05  # how often a working process is looked at
 
@@ -73,22 +87,25 @@ class WorkerProcess:
         except _LostError as lost:
             return SetUp(lost.fault, lost.why, lost.spent_s)
 
-    def solve(self, problem: Problem, time_limit_s: float, stop_cost: float) -> Attempt:
-        """One attempt. After `CRASH`, `KILLED` or `OUT_OF_MEMORY`, and where what it left running
-        goes on working, the process is gone."""
-        hard_limit_s = time_limit_s + max(GRACE_S, GRACE_SHARE * time_limit_s)
+    def solve(
+        self, problem: Problem, time_limit_s: float, stop_cost: float, grace_s: float = GRACE_S
+    ) -> Attempt:
+        """One attempt, which is killed after `hard_limit_s(time_limit_s, grace_s)`. After `CRASH`,
+        `KILLED` or `OUT_OF_MEMORY`, and where what it left running goes on working, the process is
+        gone."""
+        until_killed_s = hard_limit_s(time_limit_s, grace_s)
         request = {
             "start": problem.start.tolist(),
             "goal": problem.goal.tolist(),
             "index": problem.index,
             "seed": problem.seed,
             "time_limit_s": time_limit_s,
-            "hard_limit_s": hard_limit_s,
+            "hard_limit_s": until_killed_s,
             "stop_cost": stop_cost,
         }
         self._child.forget_output()
         try:
-            attempt = self._ask(request, hard_limit_s, attempt_of)
+            attempt = self._ask(request, until_killed_s, attempt_of)
         except _LostError as lost:
             return Attempt(lost.fault, lost.spent_s, error=lost.why)
         if attempt.peak_memory_mb is None and self._largest_mb:

@@ -107,3 +107,44 @@ def test_an_environment_that_differs_from_process_to_process_is_an_error(
     records = records_of(tmp_path)
     assert set(records["outcome"]) == {"ERROR"}
     assert "not the same in every process" in records["error"][0]
+
+
+COMPILES = """
+import time
+
+from planners import Planner, PlannerResult, Status
+
+
+class Compiles(Planner):
+    \"\"\"As one that Numba compiles, piece by piece.\"\"\"
+
+    left = 2
+
+    def setup(self, env, *, seed):
+        pass
+
+    def solve(self, problem, budget):
+        while self.left and budget.remaining() > 0:
+            self.left -= 1
+            time.sleep(1.8)
+        if budget.remaining() <= 0:
+            return PlannerResult(Status.TIMEOUT)
+        return PlannerResult(Status.EXACT_SOLUTION, [problem.start, problem.goal])
+"""
+
+
+@pytest.mark.slow
+def test_what_compiles_on_the_warm_up_problem_is_killed_neither_there_nor_later(
+    bench: Cli, tmp_path: Path
+) -> None:
+    file = tmp_path / "compiles.py"
+    file.write_text(COMPILES)
+    code, _, err = bench(
+        *("run", "--env", "c3d:boxes=1", "--planners", "compiles", "--planner-file", file),
+        *("--problems", 3, "--time-limit", 0.3, "--stop", "first", "--out", tmp_path / "run"),
+    )
+    assert code == 0, err
+    records = records_of(tmp_path / "run")
+    assert set(records["status"]) == {"EXACT_SOLUTION"}
+    assert set(records["warm"]) == {1}
+    assert records["solve_s"].max() < 0.2
