@@ -22,8 +22,6 @@ from bench.analysis.run_results import RunResults
 from bench.execution import supervised_planner
 from bench.execution.worker_process import GRACE_S
 from envs import Environment
-from envs.free_space import GridComponents
-from envs.scenes.point_world import PointWorld
 from planners.learning import resumable_map
 
 IMPORTED: pytest.StashKey[set[str]] = pytest.StashKey()
@@ -115,26 +113,6 @@ def registries_have_read_what_is_installed() -> None:
     """Before any test installs something, which they would go on to have after it."""
     for registry in (envs.REGISTRY, planners.REGISTRY):
         registry.specs()
-
-
-@pytest.fixture(scope="session", autouse=True)
-def free_space_is_explored_once() -> Iterator[None]:
-    """What proves problems solvable is computed once for each world in a process, however often
-    the world is made: it takes longer than the rest of a short run."""
-    explored: dict[tuple[type, str], GridComponents] = {}
-    explore = vars(PointWorld)["_components"].func
-
-    def components(world: PointWorld) -> GridComponents:
-        key = type(world), world.fingerprint
-        if key not in explored:
-            explored[key] = explore(world)
-            while len(explored) > 4:  # 8 MB each
-                del explored[next(iter(explored))]
-        return explored[key]
-
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(PointWorld, "_components", property(components))
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,12 @@ from envs.robots.point import PointRobot
 from envs.scenes import HALF_SIDE
 from envs.seeding import derived_seed, stream
 from envs.speed_model import SpeedModel
+
+_EXPLORED: dict[tuple[type, str], GridComponents] = {}
+"""By class and fingerprint, the last used at the end."""
+
+_MOST_EXPLORED = 4
+"""Each takes 8 MB."""
 
 
 class PointWorld(Environment):
@@ -58,9 +63,18 @@ class PointWorld(Environment):
             self.advice,
         )
 
-    @cached_property
+    @property
     def _components(self) -> GridComponents:
-        return GridComponents(self.clearance, self.lower, self.upper)
+        """Explored once for each world in a process, however often it is made: that takes longer
+        than all else of a short run."""
+        key = type(self), self.fingerprint
+        found = _EXPLORED.pop(key, None)
+        if found is None:
+            found = GridComponents(self.clearance, self.lower, self.upper)
+        _EXPLORED[key] = found
+        while len(_EXPLORED) > _MOST_EXPLORED:
+            del _EXPLORED[next(iter(_EXPLORED))]
+        return found
 
     def point_definition(self) -> dict[str, Any]:
         """The part of `definition` that these worlds share."""

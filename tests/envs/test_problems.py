@@ -127,3 +127,22 @@ FROZEN: dict[str, object] = {
     "goal": [3.811721204335573, 5.848275342454253, 2.9599302593043753],
     "seed": 227397563,
 }
+
+
+def test_free_space_is_explored_once_for_each_world(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    clearance = Cluttered3D.clearance
+    monkeypatch.setattr(
+        Cluttered3D,
+        "clearance",
+        lambda world, q: asked.append(len(q)) or clearance(world, q),  # type: ignore[func-returns-value]
+    )
+    text = "c3d:boxes=3,robot_radius=0.123"
+    first = envs.make(text).sample_problems(5, 1)
+    explored = sum(n == 100**3 for n in asked)
+    again = envs.make(text).sample_problems(5, 1)
+    assert explored == 1
+    assert sum(n == 100**3 for n in asked) == 1, "not for the same world, made again"
+    assert [p.start.tolist() for p in first] == [p.start.tolist() for p in again]
+    envs.make(f"{text},scene=1").sample_problems(5, 1)
+    assert sum(n == 100**3 for n in asked) == 2, "for another one"
