@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -10,8 +11,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from bench.judging.path_numbers import MOST_PIECES, path_length, smoothness, travel_time
+from bench.judging.path_numbers import MOST_PIECES, path_length, pieces, smoothness
 from planners.ompl import parameters
+
+Speed = Callable[[np.ndarray], np.ndarray]
+
+
+def travel_time(waypoints: np.ndarray, speed: Speed, spacing: float) -> float:
+    """As the metric sums it up: over the path's pieces."""
+    places, lengths = pieces(waypoints, spacing)
+    return float((lengths / speed(places)).sum())
+
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]], float)
 
