@@ -17,8 +17,8 @@ from conftest import Cli, Refused, records_of
 
 from bench.storage.store import locked
 
-KILLS, AT_ONCE = 20, 6
-PROBLEMS = 1500
+KILLS = 50
+PROBLEMS = 3000
 """More than are measured between the kills."""
 
 
@@ -49,11 +49,11 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     moments = random.Random(1)
     known: dict[int, tuple[int, str, str, bytes]] = {}
     for kill in range(KILLS):
-        process = (_begin if kill < AT_ONCE else _go_on)(run(folder, PROBLEMS))
+        process = (_begin if kill < 10 else _go_on)(run(folder, PROBLEMS))
         try:
-            if kill >= AT_ONCE:
+            if kill >= 10:
                 _wait_for_rows(folder, len(known))
-            time.sleep(moments.uniform(0, 3.0 if kill < AT_ONCE else 0.2))
+            time.sleep(moments.uniform(0, 3.0 if kill < 10 else 0.2))
         finally:
             children = process.children(recursive=True)
             process.kill()
@@ -103,8 +103,8 @@ def _wait_for_rows(folder: Path, began: int) -> None:
     raise AssertionError("the run does not go on")
 
 
-@pytest.mark.slow(minutes=2)
-def test_a_run_killed_20_times_ends_as_one_that_was_not(
+@pytest.mark.slow(minutes=4)
+def test_a_run_killed_50_times_ends_as_one_that_was_not(
     killed: Path, bench: Cli, tmp_path: Path
 ) -> None:
     before = rows(killed)

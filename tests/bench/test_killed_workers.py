@@ -18,7 +18,7 @@ from bench.execution.worker_process import SetUp, WorkerProcess
 from bench.storage.record import Fault
 from envs import InputError
 
-KILLS, PROBLEMS = 5, 500
+KILLS, PROBLEMS = 8, 800
 SAME = ["problem", "status", "verdict", "outcome", "length", "path"]
 
 

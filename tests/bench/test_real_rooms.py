@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 from real_rooms import ROOMS, solved
 
-pytestmark = pytest.mark.slow(minutes=2)
+pytestmark = pytest.mark.slow(minutes=4)
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_fast_marching_solves_all_of_20(room: str, tmp_path: Path) -> None:
-    """Of 100 it solves 99 at least, but takes a second for each."""
-    assert solved(["-m", "bench"], room, "fmm", 20, tmp_path) == {"fmm": 20}
+def test_fast_marching_solves_99_of_100(room: str, tmp_path: Path) -> None:
+    assert solved(["-m", "bench"], room, "fmm", 100, tmp_path)["fmm"] >= 99

@@ -76,7 +76,7 @@ def free_by_spheres(env: Environment, motions: Array) -> NDArray[np.bool_]:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "n"),
-    [("arm6", 3000), ("arm4", 1000), ("arm5:scene=2", 500), ("arm4:self_collision=true", 800)],
+    [("arm6", 10_000), ("arm4", 1000), ("arm5:scene=2", 500), ("arm4:self_collision=true", 800)],
 )
 def test_never_accepts_what_1000_samples_refute(text: str, n: int) -> None:
     env = envs.make(text)
