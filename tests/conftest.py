@@ -14,6 +14,7 @@ import planners_that_fail
 import platformdirs
 import psutil
 import pytest
+from in_process_worker import in_process
 
 import envs
 import planners
@@ -170,6 +171,13 @@ def faulty(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     yield [spec.id for spec in planners_that_fail.SPECS]
     for spec in planners_that_fail.SPECS:
         planners.REGISTRY.unregister(spec.id)
+
+
+@pytest.fixture
+def in_process_workers() -> Iterator[None]:
+    """Planners plan in this process."""
+    with in_process():
+        yield
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ import pandas as pd
 import plugins
 import pytest
 from conftest import Cli
+from in_process_worker import in_process
 
 import bench
 import envs
@@ -28,7 +29,8 @@ PLANNERS = "rrtconnect,straight-line"
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> bench.Run:
     folder = tmp_path_factory.mktemp("api") / "run"
-    return bench.run("c3d", PLANNERS, problems=6, stop="first", out=folder)
+    with in_process():
+        return bench.run("c3d", PLANNERS, problems=6, stop="first", out=folder)
 
 
 def test_its_arguments_are_the_options_of_the_command() -> None:

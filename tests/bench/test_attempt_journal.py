@@ -51,6 +51,7 @@ def test_interruptions_and_full_disks_do_not_count(error: BaseException, tmp_pat
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_a_run_goes_on_behind_it(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -33,7 +33,7 @@ def changing() -> Iterator[None]:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("changing")
+@pytest.mark.usefixtures("in_process_workers", "changing")
 def test_a_weakened_planner_fails_and_the_same_again_does_not(bench: Cli, tmp_path: Path) -> None:
     baseline = tmp_path / "baseline.csv"
 

@@ -54,6 +54,7 @@ def of_meshes(folder: Path) -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("world", [readmes, of_meshes])
+@pytest.mark.usefixtures("in_process_workers")
 def test_users_arms_are_run_judged_and_drawn(
     world: Callable[[Path], str], bench: Cli, tmp_path: Path
 ) -> None:

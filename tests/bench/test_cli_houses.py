@@ -13,6 +13,7 @@ from envs.errors import tell_once
 pytestmark = pytest.mark.slow(minutes=1)
 
 
+@pytest.mark.usefixtures("in_process_workers")
 def test_a_house_is_called_generated_and_drawn_cut_open(bench: Cli, tmp_path: Path) -> None:
     run = tmp_path / "run"
     tell_once.cache_clear()  # it is said once in a process, perhaps for an earlier test

@@ -40,6 +40,7 @@ def test_too_many_faces(tmp_path: Path, refused: Refused, monkeypatch: pytest.Mo
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_degenerate_faces_are_dropped_and_the_kind_is_said(bench: Cli, tmp_path: Path) -> None:
     ball = trimesh.creation.icosphere(subdivisions=2)
     faces = np.concatenate([ball.faces, [[0, 0, 1], [5, 5, 5]]])

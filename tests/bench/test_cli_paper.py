@@ -82,6 +82,7 @@ def small(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.usefixtures("in_process_workers")
 def test_it_carries_everything_out_beside_the_papers(bench: Cli, tmp_path: Path) -> None:
     out = tmp_path / "out"
     code, text, err = bench("paper", "--quick", "--out", out)
@@ -107,6 +108,7 @@ def test_it_carries_everything_out_beside_the_papers(bench: Cli, tmp_path: Path)
     assert grids["outcome"].tolist() == ["solved", "left out by --quick"]
 
 
+@pytest.mark.usefixtures("in_process_workers")
 def test_it_goes_on_where_it_stopped(bench: Cli, tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert bench("paper", "--quick", "--only", "table,grids", "--out", out)[0] == 0

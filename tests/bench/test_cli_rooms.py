@@ -43,7 +43,7 @@ def brief(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
-@pytest.mark.usefixtures("in_this_process")
+@pytest.mark.usefixtures("in_this_process", "in_process_workers")
 def test_fields_are_trained_and_plan_round_a_wall(
     bench: Cli, two_rooms: str, tmp_path: Path
 ) -> None:

@@ -153,6 +153,7 @@ def test_show_draws_the_scene_and_the_paths(finished: Path, bench: Cli, tmp_path
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_more_problems_only_add_to_what_is_there(
     bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -197,6 +198,7 @@ def test_two_at_a_time_give_the_same_problems_and_verdicts(bench: Cli, tmp_path:
     pd.testing.assert_frame_equal(*tables)
 
 
+@pytest.mark.usefixtures("in_process_workers")
 def test_nothing_measured_is_exit_3(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
     run = ("run", "--env", "c3d", "--planners", "unsupporting", "--problems", 1, "--stop", "first")
     code, out, _ = bench(*run, "--out", tmp_path)

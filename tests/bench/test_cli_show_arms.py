@@ -37,6 +37,7 @@ def has_hue_of(file: Path, red: float, green: float, blue: float) -> bool:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_arms_are_drawn_along_the_paths(bench: Cli, faulty: list[str], tmp_path: Path) -> None:
     run = tmp_path / "run"
     code, _, err = bench(

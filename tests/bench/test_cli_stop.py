@@ -17,6 +17,7 @@ from bench.execution.config import make_run_config
     ("rule", "costs"),
     [("first", {np.inf}), ("limit", {0.0}), ("match:raises", {0.0})],
 )
+@pytest.mark.usefixtures("in_process_workers")
 def test_stop_rules_reach_the_planner(
     rule: str,
     costs: set[float],
@@ -35,6 +36,7 @@ def test_stop_rules_reach_the_planner(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_matching_uses_the_judged_length(
     bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -55,6 +57,7 @@ def test_matching_uses_the_judged_length(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_a_reference_that_fails_when_measured_anew_sets_no_length(
     bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -82,6 +85,7 @@ def test_a_reference_that_fails_when_measured_anew_sets_no_length(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_a_reference_that_nobody_needs_is_not_run(bench: Cli, tmp_path: Path) -> None:
     run = ("run", "--env", "c3d", "--problems", 1, "--out", tmp_path, "--planners")
     assert bench(*run, "ntfields")[0] == 0

@@ -63,6 +63,7 @@ def test_a_reference_runs_where_somebody_may_improve(chosen: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_the_device_is_a_setting(
     bench: Cli, faulty: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

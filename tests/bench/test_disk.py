@@ -67,6 +67,7 @@ def no_room_after(folder: Path, pages: int) -> Iterator[None]:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_a_store_without_room_keeps_what_it_has_and_goes_on_later(
     bench: Cli, tmp_path: Path
 ) -> None:

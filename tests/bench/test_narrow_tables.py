@@ -12,6 +12,7 @@ import pytest
 from conftest import Cli
 from hypothesis import given
 from hypothesis import strategies as st
+from in_process_worker import in_process
 
 from bench.cli.terminal import fitted
 from bench.report import markdown
@@ -58,7 +59,8 @@ def test_no_line_is_longer_than_it_must_be(width: int) -> None:
 def folder(bench: Cli, tmp_path: Path) -> Path:
     made = tmp_path / "run"
     command = ("--env", "c3d", "--planners", "straight-line", "--problems", 1, "--stop", "first")
-    assert bench("run", *command, "--out", made)[0] == 0
+    with in_process():
+        assert bench("run", *command, "--out", made)[0] == 0
     return made
 
 

@@ -35,6 +35,7 @@ RUN = ("--planners", "rrtconnect", "--problems", 2, "--stop", "first")
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_names_of_one_environment_in_a_run_and_after_it(bench: Cli, balls: Path) -> None:
     """Twice in one run, then under another name into the same folder, then joined, and checked."""
     first, dotted, copy = (f"mesh:file={name}/b.ply" for name in ("one", "./one", "two"))
@@ -53,7 +54,7 @@ def test_names_of_one_environment_in_a_run_and_after_it(bench: Cli, balls: Path)
     with closing(sqlite3.connect("a/run.sqlite")) as store:
         assert store.execute("SELECT count(*) FROM records").fetchone() == (4,), "and only once"
 
-    assert bench("run", "--env", first, "--planners", "lazyprmstar", *RUN[2:], "--out", "b")[0] == 0
+    assert bench("run", "--env", first, "--planners", "bitstar", *RUN[2:], "--out", "b")[0] == 0
     assert bench("report", "a", "b", "--out", "both", "--format", "md,csv,planner-arena")[0] == 0
     joined = pd.read_csv("both/summary.csv")
     assert joined["env"].tolist() == [copy] * 3
@@ -69,15 +70,15 @@ def test_names_of_one_environment_in_a_run_and_after_it(bench: Cli, balls: Path)
     assert code == 2
     assert "environment of a" in err
     (balls / "moved.ply").rename(balls / "one" / "b.ply")
-    code, out, _ = bench("compare", "a", "b", "--planners", "rrtconnect,lazyprmstar")
+    code, out, _ = bench("compare", "a", "b", "--planners", "rrtconnect,bitstar")
     assert code == 0
 
     file = balls / "baseline.csv"
     assert bench("check", "b", "--baseline", file, "--update")[0] == 0
-    assert bench("run", "--env", copy, "--planners", "lazyprmstar", *RUN[2:], "--out", "c")[0] == 0
+    assert bench("run", "--env", copy, "--planners", "bitstar", *RUN[2:], "--out", "c")[0] == 0
     code, out, _ = bench("check", "c", "--baseline", file, "--alpha", 0.5)
     assert code == 0
-    assert f"| `{first}` | `lazyprmstar`" in out
+    assert f"| `{first}` | `bitstar`" in out
     assert "not in the baseline yet" not in out
 
 

@@ -27,6 +27,7 @@ RUN = ("run", "--env", "c3d", "--planners", "rrtconnect,ntfields", "--stop", "fi
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_each_repeat_has_a_seed_of_its_own_and_the_first_is_as_without(
     bench: Cli, tmp_path: Path
 ) -> None:
@@ -51,6 +52,7 @@ def test_each_repeat_has_a_seed_of_its_own_and_the_first_is_as_without(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_more_repeats_of_a_held_run_measure_only_what_is_new(bench: Cli, tmp_path: Path) -> None:
     few = (*RUN, "--problems", 2, "--out", tmp_path)
     assert bench(*few)[0] == 0
@@ -68,6 +70,7 @@ def test_more_repeats_of_a_held_run_measure_only_what_is_new(bench: Cli, tmp_pat
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_one_of_them_is_made_again_by_replay(bench: Cli, tmp_path: Path) -> None:
     assert bench(*RUN, "--problems", 2, "--repeats", 2, "--out", tmp_path)[0] == 0
     attempt = ("replay", tmp_path, "--planner", "rrtconnect", "--problem", 1)
@@ -191,6 +194,7 @@ def test_the_median_of_attempts_by_problem() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_the_plot_has_a_line_a_planner_that_improves_and_dots(tmp_path: Path) -> None:
     run = package.run(
         "c3d",

@@ -18,6 +18,7 @@ import pytest
 from conftest import Cli, Refused
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_process_worker import in_process
 from records import record_of, recorded, row
 from report_reader import (
     COMMON,
@@ -150,7 +151,8 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
         *("run", "--env", "c3d", "--planners", "rrtconnect,rrtstar"),
         *("--problems", "3", "--stop", "limit", "--time-limit", "0.2", "--out", str(folder)),
     ]
-    assert cli.main(arguments) == 0
+    with in_process():
+        assert cli.main(arguments) == 0
     return folder
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from conftest import Cli, records_of
+from in_process_worker import in_process
 from records import record_of
 
 from bench.analysis.run_results import RunResults
@@ -33,7 +34,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from bench import cli
 
     folder = tmp_path_factory.mktemp("store") / "run"
-    assert cli.main([str(a) for a in (*RUN, "--problems", 12, "--out", folder)]) == 0
+    with in_process():
+        assert cli.main([str(a) for a in (*RUN, "--problems", 12, "--out", folder)]) == 0
     return folder
 
 
@@ -181,6 +183,7 @@ def test_an_older_store_is_read_as_it_is(folder: Path, version: int, tmp_path: P
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", [1, 2, 3])
+@pytest.mark.usefixtures("in_process_workers")
 def test_a_run_goes_on_in_an_older_store(
     bench: Cli, folder: Path, version: int, tmp_path: Path
 ) -> None:

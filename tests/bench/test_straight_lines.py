@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pandas as pd
+import pytest
 from conftest import Cli
 
 import envs
@@ -22,6 +23,7 @@ def test_letters_are_the_checks_answers() -> None:
     assert share_blocked("") == 0
 
 
+@pytest.mark.usefixtures("in_process_workers")
 def test_a_run_says_which_and_who_solved_them(bench: Cli, tmp_path: Path) -> None:
     options = ("--planners", "rrtconnect", "--problems", 3, "--stop", "first", "--out", tmp_path)
     code, out, _ = bench("run", "--env", "box", *options)

@@ -56,6 +56,7 @@ def summary(folder: Path) -> dict[str, str]:
 
 
 @pytest.mark.training
+@pytest.mark.usefixtures("in_process_workers")
 def test_what_is_trained_is_found_by_runs(bench: Cli, brief: Path, tmp_path: Path) -> None:
     code, out, err = bench(*train_it("--seed", 3))
     assert code == 0, err
@@ -85,6 +86,7 @@ def test_what_is_trained_is_found_by_runs(bench: Cli, brief: Path, tmp_path: Pat
 
 
 @pytest.mark.training
+@pytest.mark.usefixtures("in_process_workers")
 def test_weights_written_elsewhere_are_found_too(bench: Cli, brief: Path, tmp_path: Path) -> None:
     file = tmp_path / "W"
     assert bench(*train_it("--out", file))[0] == 0
@@ -181,6 +183,7 @@ def test_a_damaged_checkpoint_is_named(content: bytes, bench: Cli, brief: Path) 
 
 
 @pytest.mark.training
+@pytest.mark.usefixtures("in_process_workers")
 def test_without_training_the_planner_is_skipped_and_tried_later(
     bench: Cli, tmp_path: Path
 ) -> None:
@@ -199,6 +202,7 @@ def test_without_training_the_planner_is_skipped_and_tried_later(
 
 
 @pytest.mark.training
+@pytest.mark.usefixtures("in_process_workers")
 def test_a_training_that_fails_is_in_the_table(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -36,6 +36,7 @@ def brief(in_this_process: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     return tmp_path / "cache" / "plannerbench"
 
 
+@pytest.mark.usefixtures("in_process_workers")
 def test_weights_of_a_family_serve_all_its_scenes(bench: Cli, brief: Path, tmp_path: Path) -> None:
     code, out, err = bench(*TRAIN)
     assert code == 0, err

@@ -37,6 +37,7 @@ def file(tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_the_metric_of_the_documentation_is_short_and_stands_everywhere(
     bench: Cli, file: Path, tmp_path: Path
 ) -> None:
@@ -73,6 +74,7 @@ def test_the_metric_of_the_documentation_is_short_and_stands_everywhere(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_the_commands_of_the_documentation_work(
     bench: Cli, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -85,6 +87,7 @@ def test_the_commands_of_the_documentation_work(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_attempts_that_were_made_without_it_get_it(bench: Cli, file: Path, tmp_path: Path) -> None:
     first, later = tmp_path / "first", tmp_path / "later"
     assert bench(*RUN, "--out", first, "--metric-file", file)[0] == 0
@@ -98,6 +101,7 @@ def test_attempts_that_were_made_without_it_get_it(bench: Cli, file: Path, tmp_p
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_one_that_fails_has_no_value_and_loses_no_attempt(bench: Cli, tmp_path: Path) -> None:
     file = tmp_path / "fails.py"
     file.write_text(
@@ -118,6 +122,7 @@ def test_one_that_fails_has_no_value_and_loses_no_attempt(bench: Cli, tmp_path: 
     assert "fails" not in out, "a column without a value is left out"
 
 
+@pytest.mark.usefixtures("in_process_workers")
 def test_one_that_is_mended_or_changed_is_computed_anew(
     bench: Cli, file: Path, tmp_path: Path
 ) -> None:

@@ -12,6 +12,7 @@ import planners
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_a_planner_of_another_version_is_measured_again(bench: Cli, tmp_path: Path) -> None:
     spec = replace(planners.REGISTRY.entry("rrtconnect").spec, id="changing", aliases=(), groups=())
     run = (

@@ -56,6 +56,7 @@ GIVEN = "w.safetensors"
         (f"told:weights={GIVEN}", "told", ("--out", GIVEN)),
     ],
 )
+@pytest.mark.usefixtures("in_process_workers")
 def test_weights_that_were_trained_anew_are_measured_anew(
     planner: str,
     trained: str,
@@ -90,6 +91,7 @@ def test_weights_that_were_trained_anew_are_measured_anew(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_weights_of_a_family_are_those_of_each_of_its_scenes(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -103,6 +105,7 @@ def test_weights_of_a_family_are_those_of_each_of_its_scenes(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_what_is_trained_on_the_spot_is_what_is_measured(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -151,6 +154,7 @@ def test_a_planner_that_asks_another_has_its_weights_too(c3d: Environment) -> No
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_process_workers")
 def test_replaying_says_that_the_weights_are_others(
     bench: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
