@@ -23,7 +23,10 @@ print(*[name for name in {large} if name in sys.modules])
     ("planner", "env", "large"),
     [
         ("rrtconnect", "arm4", ("torch", "skfmm", *LARGE)),
-        ("ntfields", "c3d", ("trimesh", "scipy.ndimage", "scipy.optimize", *LARGE)),
+        pytest.param(
+            *("ntfields", "c3d", ("trimesh", "scipy.ndimage", "scipy.optimize", *LARGE)),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_planners_processes_do_without_large_libraries(

@@ -23,6 +23,7 @@ def coarse(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("MPLCONFIGDIR", str(tmp_path / "mpl"))
 
 
+@pytest.mark.slow
 def test_it_draws_a_column_a_planner_and_prints_the_errors(bench: Cli, tmp_path: Path) -> None:
     file = tmp_path / "f.png"
     code, out, err = bench("field", "--env", "c3d", "--planners", "ntfields,fmm", "--out", file)

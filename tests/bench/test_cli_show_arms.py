@@ -78,6 +78,7 @@ def test_arms_are_drawn_along_the_paths(bench: Cli, faulty: list[str], tmp_path:
     assert not list(tmp_path.glob("x.*"))
 
 
+@pytest.mark.slow
 def test_a_users_arm_that_holds_a_tool_without_solids(bench: Cli, tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(
         """<robot name="slider">

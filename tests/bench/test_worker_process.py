@@ -59,6 +59,7 @@ def test_what_it_leaves_behind_is_killed_off_the_clock(c3d: Environment, faulty:
     assert not planners_that_fail.children_left()
 
 
+@pytest.mark.slow
 def test_one_that_leaves_no_memory_at_all_is_told_apart_from_a_crash(
     c3d: Environment, faulty: list[str]
 ) -> None:

@@ -120,6 +120,7 @@ def test_rough_clearances_are_near_the_exact_ones(house: GeneratedHouse) -> None
     assert np.median(error) < 0.01
 
 
+@pytest.mark.slow
 def test_beside_a_narrow_hole_the_judge_refuses_no_motion_that_planners_find_free() -> None:
     """Past a missing patch of a wall, where the winding number varies about a half."""
     house = envs.make("gibson-generated")

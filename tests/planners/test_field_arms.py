@@ -40,6 +40,7 @@ def points(world: ArmWorld, n: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).uniform(-0.5, 0.5, (n, world.dimension))
 
 
+@pytest.mark.slow
 def test_inputs_have_their_derivatives(world: ArmWorld) -> None:
     inputs = ArmInputs(world)
     x = points(world, 400)

@@ -143,12 +143,14 @@ def test_modes_come_back_from_weights(net: TimeField, world: TwoRooms) -> None:
         RoomInputs(world, MODES + 1).load_state_dict(net.inputs.state_dict())
 
 
+@pytest.mark.slow
 def test_solving_twice_gives_the_same(world: TwoRooms, rooms: RoomInputs) -> None:
     again = RoomInputs(world, MODES)
     again.modes.solve(0)
     assert torch.equal(again.modes.table, rooms.modes.table)
 
 
+@pytest.mark.slow
 def test_inputs_derivatives_are_finite_differences(rooms: RoomInputs) -> None:
     x = points(200)
     rows = rooms.at(x)

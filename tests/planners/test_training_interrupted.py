@@ -86,6 +86,7 @@ def test_every_method_goes_on_as_if_it_had_not_been_interrupted(
         assert (state.recent, state.losses) == (whole.recent, whole.losses)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ntfields-wenc", "ntfields-paper"])
 def test_what_is_validated_has_the_lambda_of_its_time(
     name: str, c3d: Environment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
