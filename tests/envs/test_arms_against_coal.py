@@ -28,6 +28,7 @@ def check(text: str, folder: Path, configurations: int, motions: int) -> None:
     assert found.wrong == 0, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100, 106))
 def test_no_answer_is_wrong(seed: int, tmp_path: Path) -> None:
     check(made_arm(tmp_path, seed), tmp_path, 100, 15)

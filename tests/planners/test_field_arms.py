@@ -55,6 +55,7 @@ def test_inputs_have_their_derivatives(world: ArmWorld) -> None:
         assert np.quantile(error, 0.98) < 1e-4
 
 
+@pytest.mark.slow
 def test_inputs_know_sines_places_and_clearances(world: ArmWorld) -> None:
     d = world.dimension
     x = points(world, 50)
@@ -86,6 +87,7 @@ def test_the_compiled_network_is_the_network(world: ArmWorld, net: TimeField) ->
         assert slopes[1] == pytest.approx(at_goal[n].numpy(), abs=2e-3, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_the_field_is_symmetric_with_the_right_gradients(world: ArmWorld, net: TimeField) -> None:
     a, b = (torch.from_numpy(points(world, 40, seed)).double() for seed in (3, 4))
     net64 = methods.method("ntfields", world).network(world).double()
