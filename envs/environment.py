@@ -17,6 +17,7 @@ from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
 from envs.collision.shapes import Obstacle, Robot
 from envs.problem import Array, Problem
+from envs.spaces import Coordinates, Space
 from envs.speed_model import SpeedModel
 
 _FINEST = 2e-5
@@ -71,6 +72,12 @@ class Environment(ABC):
         """Limits of each coordinate's velocity, float64 (d,), positive, in the configurations' unit
         a second; None where the robot has none that are known, which is the default."""
         return None
+
+    @property
+    def space(self) -> Space:
+        """The configuration space, by which judge and metrics measure paths: between `lower` and
+        `upper`, R^d."""
+        return Space([Coordinates(self.lower, self.upper)])
 
     @property
     def dimension(self) -> int:
@@ -205,8 +212,7 @@ class Environment(ABC):
 
         An excess of one part in 10^9 of the extent is taken for rounding.
         """
-        slack = 1e-9 * (self.upper - self.lower)
-        return ((q >= self.lower - slack) & (q <= self.upper + slack)).all(axis=-1)
+        return self.space.contains(q)
 
     def collision_model(self, tolerance: float | None = None) -> CollisionModel:
         """A new FCL model of this robot and scene, which decides to a tolerance in workspace units,

@@ -12,6 +12,7 @@ CONTRACTS = (
     "planners.base",
     "planners.learning.learned_planner",
     "envs.environment",
+    "envs.spaces",
     "envs.collision.shapes.robot",
 )
 

@@ -9,14 +9,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bench.judging.path_numbers import path_length
 from bench.storage.record import MOST_WAYPOINTS, Verdict
 from envs import Environment, Path, Problem
 from envs.collision.continuous import FIRST_QUERIES, UndecidedError
 from envs.problem import Array
 
 ENDPOINT_TOLERANCE = 1e-6
-"""How far first and last waypoint may be from start and goal, in the configurations' unit."""
+"""How far first and last waypoint may be from start and goal, by the space's distance."""
 
 
 MOST_DIAGONALS = 100.0
@@ -55,6 +54,7 @@ class Judge:
 
     def __init__(self, env: Environment) -> None:
         self._env = env
+        self._space = env.space
         self._model = env.collision_model()
         self._diagonal = float(np.linalg.norm(env.upper - env.lower))
 
@@ -74,16 +74,16 @@ class Judge:
             return Judgement(Verdict.MALFORMED, reason)
         ends = (("start", path[0], problem.start), ("goal", path[-1], problem.goal))
         for name, there, wanted in ends:
-            gap = float(np.abs(there - wanted).max())
+            [gap] = self._space.distance(there[None], wanted[None])
             if gap > ENDPOINT_TOLERANCE:
                 reason = f"path is {gap:.3g} off the {name}"
                 return Judgement(Verdict.WRONG_ENDPOINT, reason, len(path))
-        inside = self._env.contains(path)
+        inside = self._space.contains(path)
         if not inside.all():
             where = int(np.argmin(inside))
             reason = f"waypoint {where} of {len(path)} is out of bounds"
             return Judgement(Verdict.OUT_OF_BOUNDS, reason, len(path))
-        length = path_length(path)
+        length = self._space.length(path)
         too_long = self._too_long(path, length)
         if too_long:
             return Judgement(Verdict.NOT_JUDGED, too_long, len(path), length)

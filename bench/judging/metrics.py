@@ -24,7 +24,7 @@ from bench.judging.metric import (
     SolvedAttempt,
     defined,
 )
-from bench.judging.path_numbers import greatest_turn, path_length, pieces, smoothness
+from bench.judging.path_numbers import greatest_turn, pieces, smoothness
 from bench.judging.traversal import traversal_time
 from envs import Environment, InputError, Problem
 from envs.problem import Array
@@ -45,7 +45,7 @@ class _Clearances(threading.local):
         """Clearances (n,) in workspace units at the middles of pieces, and the pieces' lengths."""
         if self._of is None or self._of[0] is not env or self._of[1] is not path:
             diagonal = float(np.linalg.norm(env.upper - env.lower))
-            middles, lengths = pieces(path, diagonal / _PIECES_OF_DIAGONAL)
+            middles, lengths = pieces(env.space, path, diagonal / _PIECES_OF_DIAGONAL)
             self._found = env.clearance(middles), lengths
             self._of = env, path
         return self._found
@@ -59,7 +59,7 @@ def _time(env: Environment, problem: Problem, path: Array, attempt: SolvedAttemp
 
 
 def _length(env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt) -> float:
-    return path_length(path)
+    return env.space.length(path)
 
 
 def _margin(env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt) -> float:
@@ -90,7 +90,7 @@ def _mean_clearance(
 
 
 def _smoothness(env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt) -> float:
-    return smoothness(path)
+    return smoothness(env.space, path)
 
 
 def _waypoints(env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt) -> float:
@@ -100,7 +100,7 @@ def _waypoints(env: Environment, problem: Problem, path: Array, attempt: SolvedA
 def _greatest_turn(
     env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
 ) -> float:
-    return greatest_turn(path)
+    return greatest_turn(env.space, path)
 
 
 def _duration(

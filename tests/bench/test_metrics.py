@@ -11,15 +11,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from bench.judging.path_numbers import MOST_PIECES, path_length, pieces, smoothness
+from bench.judging import path_numbers
+from bench.judging.path_numbers import MOST_PIECES, greatest_turn, pieces
+from envs.spaces import Coordinates, Rotations, Space
 from planners.ompl import parameters
 
 Speed = Callable[[np.ndarray], np.ndarray]
 
 
+def flat(waypoints: np.ndarray) -> Space:
+    """R^d, of waypoints (k, d)."""
+    corner = np.full(waypoints.shape[1], 10.0)
+    return Space([Coordinates(-corner, corner)])
+
+
+def path_length(waypoints: np.ndarray) -> float:
+    return flat(waypoints).length(waypoints)
+
+
+def smoothness(waypoints: np.ndarray) -> float:
+    return path_numbers.smoothness(flat(waypoints), waypoints)
+
+
 def travel_time(waypoints: np.ndarray, speed: Speed, spacing: float) -> float:
     """As the metric sums it up: over the path's pieces."""
-    places, lengths = pieces(waypoints, spacing)
+    places, lengths = pieces(flat(waypoints), waypoints, spacing)
     return float((lengths / speed(places)).sum())
 
 
@@ -89,3 +105,36 @@ def test_travel_time_lies_between_the_extremes_of_speed(path: np.ndarray) -> Non
     length = path_length(path)
     found = travel_time(path, lambda q: np.clip(q[:, 0], 0.1, 1), 0.1)
     assert length * (1 - 1e-9) <= found <= 10 * length * (1 + 1e-9)
+
+
+def test_a_path_across_pi_is_short_and_straight() -> None:
+    heading = Space([Coordinates([-math.pi], [math.pi], wraps=[True])])
+    path = np.array([[2.8], [3.1], [-3.1], [-2.8]])
+    assert greatest_turn(heading, path) == pytest.approx(0)
+    middles, lengths = pieces(heading, path, 0.01)
+    assert lengths.sum() == pytest.approx(2 * math.pi - 5.6)
+    assert np.abs(middles).min() >= 2.8, "never by way of 0"
+    assert heading.contains(middles).all()
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, 6), st.sampled_from([0.5, 0.01, 1e-5]))
+def test_pieces_are_on_the_way_in_turning_spaces(seed: int, count: int, spacing: float) -> None:
+    """And what is left of a path of many pieces, too: each begins where the last one ends."""
+    space = Space([Coordinates([-1] * 2, [1] * 2), Rotations(weight=0.3)])
+    path = space.sample(np.random.default_rng(seed), count)[[0, *range(count), count - 1]]
+    middles, lengths = pieces(space, path, spacing)
+    assert len(middles) <= MOST_PIECES
+    assert lengths.sum() == pytest.approx(space.length(path))
+    apart = (lengths[:-1] + lengths[1:]) / 2
+    assert (space.distance(middles[:-1], middles[1:]) <= apart + 1e-9).all()
+
+
+def test_turns_of_a_body_that_goes_on_turning() -> None:
+    """About one axis all the way is straight; on about another is a right angle."""
+    space = Space([Rotations()])
+    half = math.sqrt(0.5)
+    about_z = [[0, 0, math.sin(x / 2), math.cos(x / 2)] for x in (0, 0.4, 1.5, math.pi / 2)]
+    assert greatest_turn(space, np.array(about_z)) == pytest.approx(0, abs=1e-5)
+    then_x = np.array([0.5, 0.5, 0.5, 0.5])  # by a right angle about its own x
+    path = np.array([about_z[0], [0, 0, half, half], then_x])
+    assert greatest_turn(space, path) == pytest.approx(90)

@@ -194,7 +194,7 @@ def test_a_file_that_is_none_is_refused_by_every_command(
     "text",
     [
         "import bench.judging.judge as j\nj.Judge.__call__ = lambda *a: None",
-        "import bench.judging.metrics as m\nm.path_length = lambda p: 0.0",
+        "import bench.judging.metrics as m\nm.pieces = lambda *a: 0.0",
         "import bench.execution.answers as a\na.read = lambda *x: None",
     ],
 )

@@ -13,7 +13,6 @@ import numpy as np
 import envs
 import planners
 from bench.judging.judge import Judge
-from bench.judging.path_numbers import path_length
 from planners import Budget
 
 
@@ -35,7 +34,7 @@ def main() -> None:
         judged = perf_counter()
         if free:
             times = np.diff([begin, checked, margin, judged]) * 1000
-            rows.append([len(path), path_length(path), *times])
+            rows.append([len(path), env.space.length(path), *times])
     names = ("waypoints", "length", "free? ms", "margin ms", "whole verdict ms")
     for name, column in zip(names, np.array(rows).T, strict=True):
         print(f"{name:>18}: median {np.median(column):7.2f}   maximum {column.max():7.2f}")

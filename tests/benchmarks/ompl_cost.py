@@ -15,7 +15,6 @@ import pytest
 
 import envs
 import planners
-from bench.judging.path_numbers import path_length
 from envs import Environment, Problem
 from planners import Budget
 from planners.ompl import parameters
@@ -85,7 +84,7 @@ def lengths_to_stop_at(env: Environment, problems: list[Problem]) -> list[float]
         return [np.inf] * len(problems)
     reference.setup(env, seed=0)
     paths = (reference.solve(p, Budget(perf_counter() + 60)).path for p in problems)
-    return [1.05 * path_length(np.asarray(path)) for path in paths]
+    return [1.05 * env.space.length(np.asarray(path)) for path in paths]
 
 
 def seconds_of_a_question() -> float:

@@ -14,7 +14,6 @@ import trimesh
 
 import envs
 import planners
-from bench.judging.path_numbers import path_length
 from envs import Environment, InputError, Problem
 from planners import Budget, PlannerResult, Status
 from planners.ompl import parameters
@@ -63,7 +62,7 @@ def test_best_cost_falls_over_time(name: str, c3d: Environment) -> None:
     assert (np.diff(history[:, 0]) > 0).all()
     assert (np.diff(history[:, 1]) < 0).all()
     assert 0 <= history[0, 0] <= history[-1, 0] <= 1.5
-    assert history[-1, 1] == pytest.approx(path_length(np.asarray(result.path)), rel=1e-4)
+    assert history[-1, 1] == pytest.approx(c3d.space.length(np.asarray(result.path)), rel=1e-4)
 
 
 @pytest.mark.parametrize("name", ["rrtstar", "lazyprmstar", "bitstar"])
@@ -72,7 +71,7 @@ def test_it_stops_at_the_cost_asked_for(name: str, c3d: Environment) -> None:
     straight = float(np.linalg.norm(problem.goal - problem.start))
     begin = perf_counter()
     result = solve(c3d, problem, name, 1.25 * straight, 20)
-    assert path_length(np.asarray(result.path)) <= 1.25 * straight
+    assert c3d.space.length(np.asarray(result.path)) <= 1.25 * straight
     assert perf_counter() - begin < 15
 
 
@@ -116,7 +115,7 @@ def test_simplification_shortens_and_stays_certified(c3d: Environment) -> None:
     problem = blocked_problem(c3d)
     raw = np.asarray(solve(c3d, problem, "rrtconnect", math.inf, 5).path)
     short = np.asarray(solve(c3d, problem, "rrtconnect:simplify=true", math.inf, 5).path)
-    assert path_length(short) < path_length(raw)
+    assert c3d.space.length(short) < c3d.space.length(raw)
     assert c3d.collision_model().min_clearance(short) > 1e-3
 
 
