@@ -75,8 +75,8 @@ class Environment(ABC):
 
     @property
     def space(self) -> Space:
-        """The configuration space, by which judge and metrics measure paths: between `lower` and
-        `upper`, R^d."""
+        """The configuration space, whose shortest ways are checked, judged and measured: R^d
+        between `lower` and `upper`."""
         return Space([Coordinates(self.lower, self.upper)])
 
     @property
@@ -219,7 +219,7 @@ class Environment(ABC):
         by default that of the judge (`tolerance`)."""
         decides_to = self.tolerance if tolerance is None else tolerance
         return CollisionModel(
-            self.robot, self.obstacles, decides_to, self.allowed, self.lower_bounds
+            self.robot, self.obstacles, decides_to, self.allowed, self.lower_bounds, self.space
         )
 
     @property

@@ -264,6 +264,16 @@ class Space:
         found: Array = np.concatenate(there, axis=-1)
         return np.where(share == 0, a, np.where(share == 1, b, found))
 
+    def between(self, a: Array, b: Array, t: float) -> Array:
+        """`interpolate` for one pair (size,), without a word about the ends: certified checks ask
+        for many places, one at a time."""
+        if self.is_flat:
+            straight: Array = a + t * (b - a)
+            return straight
+        return np.concatenate(
+            [p.advance(x, t * p.difference(x, y)) for p, x, y in self._pairs(a, b)]
+        )
+
     def length(self, waypoints: Array) -> float:
         """Of a path of waypoints (k, size) that are joined by shortest ways."""
         return float(self.distance(waypoints[:-1], waypoints[1:]).sum())

@@ -29,6 +29,16 @@ from envs.problem import Array
 
 Clearance = Callable[[Array], float]
 
+Between = Callable[[Array, Array, float], Array]
+"""(a, b, t) -> the configuration (d,) at t of the motion from a to b, see `Space.between`."""
+
+
+def straight(a: Array, b: Array, t: float) -> Array:
+    """The motion of the numbers themselves."""
+    found: Array = a + t * (b - a)
+    return found
+
+
 FIRST_QUERIES = 10_000
 """How many waypoints of a path are asked about in any case, if it has so many."""
 
@@ -39,7 +49,12 @@ DEFAULT_TOLERANCE = 1e-3
 
 
 def segment_is_free(
-    clearance: Clearance, a: Array, b: Array, bound: float, tolerance: float
+    clearance: Clearance,
+    a: Array,
+    b: Array,
+    bound: float,
+    tolerance: float,
+    between: Between = straight,
 ) -> bool:
     """Whether the motion from a to b (d,) is proved free of collision.
 
@@ -53,11 +68,11 @@ def segment_is_free(
         clearance: (d,) -> signed distance to the obstacles, in workspace units.
         bound: on the speed of any point of the robot, workspace units per unit of t.
         tolerance: in workspace units.
+        between: the motion.
     """
-    step = b - a
 
     def room_at(_motion: None, t: float) -> float:
-        distance = clearance(a + t * step)
+        distance = clearance(between(a, b, t))
         return -1.0 if distance <= tolerance else distance - tolerance / 2
 
     return is_covered(room_at, None, bound)
@@ -105,6 +120,7 @@ def path_min_clearance(
     bounds: Sequence[float],
     tolerance: float,
     most_queries: float = math.inf,
+    between: Between = straight,
 ) -> float:
     """The least clearance along a path of waypoints (k, d), at most `tolerance` above the truth.
 
@@ -124,11 +140,12 @@ def path_min_clearance(
         tolerance: in workspace units.
         most_queries: how often `clearance` may be asked. A motion along which no point travels
             farther than `reach` is decided by about FIRST_QUERIES + 2 reach / tolerance.
+        between: the motion from each waypoint to the next.
 
     Raises:
         UndecidedError: that was not enough.
     """
-    search = _Search(clearance, waypoints, bounds, tolerance, most_queries)
+    search = _Search(clearance, waypoints, bounds, tolerance, most_queries, between)
     return search.least()
 
 
@@ -142,8 +159,10 @@ class _Search:
         bounds: Sequence[float],
         tolerance: float,
         most_queries: float,
+        between: Between,
     ) -> None:
         self._clearance = clearance
+        self._between = between
         self._waypoints = waypoints
         self._bounds = bounds
         self._along = np.concatenate([[0.0], np.cumsum(bounds)])  # at most so far, by waypoint
@@ -215,7 +234,7 @@ class _Search:
             meeting = (low + high) / 2 + (at_low - at_high) / (2 * self._bounds[first])
             # Rounding may put the meeting point on an end, where splitting would gain nothing.
             t = min(max(meeting, low + 0.05 * (high - low)), high - 0.05 * (high - low))
-            distance = self._at(a + t * (b - a))
+            distance = self._at(self._between(a, b, t))
             self._add(first, last, low, t, at_low, distance)
             self._add(first, last, t, high, distance, at_high)
             return

@@ -24,6 +24,7 @@ from envs.collision.gjk import least_distance, put
 from envs.collision.separation import least_separation, separations, shapes_of
 from envs.collision.shapes import Obstacle, Robot
 from envs.problem import Array
+from envs.spaces import Space
 
 Allowed = Callable[[Array], NDArray[np.bool_]]
 
@@ -57,6 +58,8 @@ class CollisionModel:
         lower_bounds: (d,) -> (moving,), never more than the distances of the robot's moving shapes
             from the obstacles and from others that they must not touch. What they prove is not
             asked of FCL. None for no such bounds.
+        space: whose shortest ways motions are; by default straight lines of the numbers. The
+            robot's `motion_bound` is of the same.
 
     Attributes:
         checks: the number of configurations that were queried so far.
@@ -69,11 +72,14 @@ class CollisionModel:
         tolerance: float = DEFAULT_TOLERANCE,
         allowed: Allowed | None = None,
         lower_bounds: LowerBounds | None = None,
+        space: Space | None = None,
     ) -> None:
         if not (tolerance > 0 and np.isfinite(tolerance)):
             raise ValueError(f"tolerance must be positive, not {tolerance}")
         self.robot = robot
         self.tolerance = tolerance
+        self._space = space
+        self._between = continuous.straight if space is None else space.between
         self.checks = 0
         self._bodies = [fcl.CollisionObject(shape.fcl_geometry()) for shape in robot.shapes]
         self._offsets = [shape.offset for shape in robot.shapes]
@@ -125,12 +131,14 @@ class CollisionModel:
         return least if self._on_the_right_side(q) else -max(abs(least), _TOUCH)
 
     def segment_is_free(self, a: Array, b: Array) -> bool:
-        """Whether the straight motion between configurations a and b (d,) is proved free.
+        """Whether the motion between configurations a and b (d,) is proved free.
 
         See `continuous.segment_is_free`, to `self.tolerance`.
         """
         bound = self.robot.motion_bound(a, b)
-        return continuous.segment_is_free(self.clearance, a, b, bound, self.tolerance)
+        return continuous.segment_is_free(
+            self.clearance, a, b, bound, self.tolerance, self._between
+        )
 
     def min_clearance(self, waypoints: Array, most_queries: float = np.inf) -> float:
         """The least clearance along a path of waypoints (k, d), to within `self.tolerance`.
@@ -142,22 +150,36 @@ class CollisionModel:
             UndecidedError: `most_queries` are not enough.
         """
         return continuous.path_min_clearance(
-            self.clearance, waypoints, self._speeds(waypoints), self.tolerance, most_queries
+            self.clearance,
+            waypoints,
+            self._speeds(waypoints),
+            self.tolerance,
+            most_queries,
+            self._between,
         )
 
     def first_contact(self, waypoints: Array, most_steps: int) -> Place:
         """The first place of a path of waypoints (k, d) that is not proved free, to
         `self.tolerance`. See `first_contact.first_contact`."""
         bounds = starmap(self.robot.motion_bound, pairwise(waypoints))
-        return first_contact(self.clearance, waypoints, bounds, self.tolerance, most_steps)
+        return first_contact(
+            self.clearance, waypoints, bounds, self.tolerance, most_steps, self._between
+        )
 
     def _speeds(self, waypoints: Array) -> Sequence[float]:
         """Bounds on the speed of any point, by segment; of very many segments coarser ones."""
         if len(waypoints) > continuous.FIRST_QUERIES:
-            lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
+            lengths = self._lengths(waypoints)
             coarse: list[float] = (self.robot.rate_bound * lengths).tolist()
             return coarse
         return [self.robot.motion_bound(a, b) for a, b in pairwise(waypoints)]
+
+    def _lengths(self, waypoints: Array) -> Array:
+        """Of the motions between waypoints (k, d), (k - 1,)."""
+        if self._space is not None:
+            return self._space.distance(waypoints[:-1], waypoints[1:])
+        lengths: Array = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
+        return lengths
 
     def _touches(self, manager: Any, body: int) -> bool:
         data = fcl.CollisionData()

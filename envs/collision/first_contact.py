@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from envs.collision.continuous import Between, straight
 from envs.problem import Array
 
 
@@ -32,6 +33,7 @@ def first_contact(
     bounds: Iterable[float],
     tolerance: float,
     most_steps: int,
+    between: Between = straight,
 ) -> Place:
     """The first place of a path of waypoints (k, d) that is not proved free of collision: whose
     clearance is not above the tolerance. Of a path without any, the closest place that was asked.
@@ -45,6 +47,7 @@ def first_contact(
         bounds: k - 1 bounds on the speed of any point of the robot, one a segment, in workspace
             units per unit of t.
         tolerance: in workspace units.
+        between: the motion from each waypoint to the next.
     """
     lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
     whole = max(float(lengths.sum()), 1e-300)
@@ -53,7 +56,7 @@ def first_contact(
     for (a, b), length, bound in zip(pairwise(waypoints), lengths, bounds, strict=True):
         t = 0.0
         while t <= 1:
-            q = a + t * (b - a)
+            q = between(a, b, t)
             here = Place(q, (gone + t * float(length)) / whole, clearance(q))
             if here.clearance <= tolerance:
                 return here

@@ -46,7 +46,7 @@ class Robot(Protocol):
     @property
     def rate_bound(self) -> float:
         """An upper bound, over all configurations, on the workspace distance that any point of
-        the robot travels per unit of (Euclidean) distance in configuration space."""
+        the robot travels per unit of distance in configuration space."""
 
     def poses(self, q: Array) -> tuple[Pose, ...]:
         """The placement of every shape.
@@ -61,7 +61,8 @@ class Robot(Protocol):
 
     def motion_bound(self, a: Array, b: Array) -> float:
         """An upper bound on the workspace distance that any point of the robot travels per unit
-        of t while the configuration moves as a + t (b - a), t in [0, 1].
+        of t while the configuration moves from a to b the shortest way, t in [0, 1]: in R^d as
+        a + t (b - a).
 
         Args:
             a, b: configurations, float64 (d,).
