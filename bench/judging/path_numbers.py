@@ -36,9 +36,10 @@ def pieces(space: Space, waypoints: Array, spacing: float) -> tuple[Array, Array
 def _equal_pieces(space: Space, waypoints: Array, lengths: Array) -> tuple[Array, Array]:
     along = np.concatenate([[0.0], np.cumsum(lengths)])
     places = (np.arange(MOST_PIECES) + 0.5) / MOST_PIECES * along[-1]
-    # No place is at the end, so that each segment found begins at or before it and ends after it.
-    segment = np.searchsorted(along, places, side="right") - 1
-    t = (places - along[segment]) / lengths[segment]
+    # Each segment begins at or before its place and ends after it; of a path of no length any will
+    # do.
+    segment = np.minimum(np.searchsorted(along, places, side="right") - 1, len(lengths) - 1)
+    t = (places - along[segment]) / np.where(lengths[segment] > 0, lengths[segment], 1)
     middles = space.interpolate(waypoints[segment], waypoints[segment + 1], t)
     return middles, np.full(MOST_PIECES, along[-1] / MOST_PIECES)
 

@@ -163,7 +163,13 @@ class CollisionModel:
         `self.tolerance`. See `first_contact.first_contact`."""
         bounds = starmap(self.robot.motion_bound, pairwise(waypoints))
         return first_contact(
-            self.clearance, waypoints, bounds, self.tolerance, most_steps, self._between
+            self.clearance,
+            waypoints,
+            self._lengths(waypoints),
+            bounds,
+            self.tolerance,
+            most_steps,
+            self._between,
         )
 
     def _speeds(self, waypoints: Array) -> Sequence[float]:

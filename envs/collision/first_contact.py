@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 
-import numpy as np
-
 from envs.collision.continuous import Between, straight
 from envs.problem import Array
 
@@ -30,6 +28,7 @@ class Place:
 def first_contact(
     clearance: Callable[[Array], float],
     waypoints: Array,
+    lengths: Array,
     bounds: Iterable[float],
     tolerance: float,
     most_steps: int,
@@ -44,12 +43,12 @@ def first_contact(
 
     Args:
         clearance: (d,) -> signed distance to the obstacles, in workspace units.
+        lengths: (k - 1,) of the motions from each waypoint to the next.
         bounds: k - 1 bounds on the speed of any point of the robot, one a segment, in workspace
             units per unit of t.
         tolerance: in workspace units.
-        between: the motion from each waypoint to the next.
+        between: these motions.
     """
-    lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
     whole = max(float(lengths.sum()), 1e-300)
     closest = Place(waypoints[0], 0.0, clearance(waypoints[0]))
     gone = 0.0

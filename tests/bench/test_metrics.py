@@ -66,6 +66,13 @@ def test_travel_time_of_more_pieces_than_are_summed() -> None:
     assert found == pytest.approx(2 * math.log(4), rel=1e-6)
 
 
+def test_a_path_of_no_length_and_more_waypoints_than_pieces() -> None:
+    path = np.ones((MOST_PIECES + 2, 3))
+    middles, lengths = pieces(flat(path), path, 0.01)
+    assert (middles == 1).all()
+    assert (lengths == 0).all()
+
+
 def test_smoothness_of_right_angles() -> None:
     """(2 (pi / 2) / (1 + 1))^2 at each of three corners."""
     assert smoothness(SQUARE) == pytest.approx(3 * (math.pi / 2) ** 2)

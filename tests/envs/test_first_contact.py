@@ -20,8 +20,8 @@ from envs.robots.point import PointRobot
 @given(st.floats(0.01, 0.99), st.integers(1, 5))
 def test_on_a_line_it_is_where_the_clearance_ends(wall: float, segments: int) -> None:
     path = np.linspace(0, 1, segments + 1)[:, None]
-    bounds = [1 / segments] * segments
-    place = first_contact(lambda q: wall - float(q[0]), path, bounds, 1e-3, 10**6)
+    lengths = np.full(segments, 1 / segments)
+    place = first_contact(lambda q: wall - float(q[0]), path, lengths, lengths, 1e-3, 10**6)
     assert wall - 1e-3 - 1e-9 <= place.share <= wall
     assert place.q[0] == pytest.approx(place.share)
 

@@ -99,6 +99,11 @@ def test_a_body_that_turns_on_the_spot_is_where_it_points() -> None:
     # pi / 4 - asin(0.25 / sqrt(0.72)).
     assert angle == pytest.approx(PI / 4 - np.arcsin(0.25 / np.sqrt(0.72)), abs=2e-3)
     assert place.share == pytest.approx(angle / (PI / 2))
+    away = np.concatenate([a[:3] + [0, 0, 1], a[3:]])  # comes from above, by a length of 1
+    place = met.first_contact(np.array([away, a, b]), 10_000)
+    turned = SE3.parts[1].weight * angle
+    whole = 1 + SE3.parts[1].weight * PI / 2
+    assert place.share == pytest.approx((1 + turned) / whole, abs=1e-3)
 
 
 @pytest.mark.parametrize("name", SPACES)
