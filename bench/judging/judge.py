@@ -74,8 +74,9 @@ class Judge:
             return Judgement(Verdict.MALFORMED, reason)
         ends = (("start", path[0], problem.start), ("goal", path[-1], problem.goal))
         for name, there, wanted in ends:
-            [gap] = self._space.distance(there[None], wanted[None])
-            if gap > ENDPOINT_TOLERANCE:
+            with np.errstate(over="ignore"):  # of what is that far off the square is infinite
+                [gap] = self._space.distance(there[None], wanted[None])
+            if not gap <= ENDPOINT_TOLERANCE:  # also of what is no number
                 reason = f"path is {gap:.3g} off the {name}"
                 return Judgement(Verdict.WRONG_ENDPOINT, reason, len(path))
         inside = self._space.contains(path)
