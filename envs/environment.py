@@ -34,7 +34,9 @@ class Environment(ABC):
     comes from `envs.seeding`, and equal definitions mean equal scenes and problems.
 
     A subclass sets the attributes below and implements `clearance`, `sample_problems` and
-    `definition`; the rest has defaults. Configurations are float64 (n, d).
+    `definition`; the rest has defaults. Configurations are float64 (n, d), d being the size of the
+    `space`: in R^d, which is the default, its dimension; with rotations in space more, as each
+    takes the four numbers of a quaternion for three degrees of freedom.
 
     Attributes:
         lower: float64 (d,), the lower bounds of the configurations, in the environment's unit: of
@@ -75,14 +77,20 @@ class Environment(ABC):
 
     @property
     def space(self) -> Space:
-        """The configuration space, whose shortest ways are checked, judged and measured: R^d
-        between `lower` and `upper`."""
+        """The configuration space, whose shortest ways are checked, judged and measured: by
+        default R^d between `lower` and `upper`. Those of another must be the space's."""
         return Space([Coordinates(self.lower, self.upper)])
 
     @property
+    def sampling_space(self) -> Space:
+        """What of the `space` holds all of free space, by its `free_bounds`. Samplers need not look
+        elsewhere."""
+        return self.space.narrowed(*self.free_bounds)
+
+    @property
     def dimension(self) -> int:
-        """d, the number of coordinates of a configuration."""
-        return len(self.lower)
+        """The degrees of freedom of a configuration."""
+        return self.space.dimension
 
     @property
     def extent(self) -> float:
@@ -107,7 +115,7 @@ class Environment(ABC):
     @property
     def free_bounds(self) -> tuple[Array, Array]:
         """Corners (d,) of a box within the bounds that holds all of free space, by default the
-        bounds themselves. Samplers need not look elsewhere."""
+        bounds themselves."""
         return self.lower, self.upper
 
     @property
@@ -205,7 +213,9 @@ class Environment(ABC):
     def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
         """Which paths, each (k, d), are proved free of collision, (n,) of bool, by the
         environment's batched clearances. See `envs.collision.continuous.paths_are_free`."""
-        return batched.paths_are_free(self.clearance, self.robot.rate_bound, paths, tolerance)
+        return batched.paths_are_free(
+            self.clearance, self.robot.rate_bound, paths, tolerance, self.space
+        )
 
     def contains(self, q: Array) -> Any:
         """Whether configurations (n, d) lie within the bounds, (n,) of bool.
@@ -239,8 +249,8 @@ class Environment(ABC):
             ValueError: it has another shape.
         """
         array = np.asarray(q, dtype=np.float64)
-        if array.ndim != 2 or array.shape[1] != self.dimension:
-            raise ValueError(f"configurations must be (n, {self.dimension}), not {array.shape}")
+        if array.ndim != 2 or array.shape[1] != self.space.size:
+            raise ValueError(f"configurations must be (n, {self.space.size}), not {array.shape}")
         return array
 
 

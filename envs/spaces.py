@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
 from typing import Any
 
@@ -30,20 +32,47 @@ _UNIT = 1e-6
 """By how much the length of a quaternion may differ from 1."""
 
 
+class Kind(Enum):
+    """Spaces that others are products of."""
+
+    REALS = "R^n"
+    CIRCLE = "S^1"
+    ROTATIONS = "SO(3)"
+
+
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """What a part is a product of.
+
+    Attributes:
+        kind: what it is.
+        places: (n,) of int, which of the part's numbers are its; one of a circle, four of
+            rotations.
+    """
+
+    kind: Kind
+    places: NDArray[np.int64]
+
+
 class Part(ABC):
-    """A factor of a space.
+    """A part of a space, in which distances are measured together.
 
     Attributes:
         size: int, how many numbers of a configuration are its.
         dimension: int, its degrees of freedom.
         weight: float > 0, by which its distances count in the space's.
         is_flat: bool, whether the shortest way is along the difference of the numbers.
+        lower, upper: float64 (size,), between which its numbers are.
+        extent: float, the greatest distance of two places in it, without the weight.
     """
 
     size: int
     dimension: int
     weight: float
     is_flat: bool
+    lower: Array
+    upper: Array
+    extent: float
 
     @abstractmethod
     def difference(self, a: Array, b: Array) -> Array:
@@ -66,6 +95,19 @@ class Part(ABC):
     @abstractmethod
     def definition(self) -> dict[str, Any]:
         """All that defines it, as JSON data."""
+
+    @abstractmethod
+    def factors(self) -> list[Factor]:
+        """What it is a product of: at most one of kind REALS, which comes first."""
+
+    @abstractmethod
+    def __str__(self) -> str:
+        """Its name, without the weight."""
+
+    def narrowed(self, lower: Array, upper: Array) -> Part:
+        """The same between narrower bounds (size,), as far as it has any that can be narrowed; by
+        default it has none."""
+        return self
 
     def distance(self, a: Array, b: Array) -> Array:
         """Distances (n,) of places (n, size), without the weight."""
@@ -105,6 +147,8 @@ class Coordinates(Part):
         self._check()
         self.size = self.dimension = len(self.lower)
         self.is_flat = not self.wraps.any()
+        spans = np.where(self.wraps, _TURN / 2, self.upper - self.lower)
+        self.extent = float(np.linalg.norm(spans))
 
     def _check(self) -> None:
         shapes = {self.lower.shape, self.upper.shape, self.wraps.shape}
@@ -152,6 +196,27 @@ class Coordinates(Part):
             "weight": self.weight,
         }
 
+    def factors(self) -> list[Factor]:
+        straight = np.flatnonzero(~self.wraps)
+        circles = [Factor(Kind.CIRCLE, place) for place in np.flatnonzero(self.wraps)[:, None]]
+        return [Factor(Kind.REALS, straight), *circles] if len(straight) else circles
+
+    def __str__(self) -> str:
+        circles = int(self.wraps.sum())
+        straight = [f"R^{self.size - circles}"] if circles < self.size else []
+        wrapped = ["S^1" if circles == 1 else f"T^{circles}"] if circles else []
+        return " x ".join(straight + wrapped)
+
+    def narrowed(self, lower: Array, upper: Array) -> Coordinates:
+        """The same between narrower bounds (size,), but where it wraps."""
+        low, high = np.maximum(lower, self.lower), np.minimum(upper, self.upper)
+        return Coordinates(
+            np.where(self.wraps, self.lower, low),
+            np.where(self.wraps, self.upper, high),
+            self.wraps,
+            self.weight,
+        )
+
 
 class Rotations(Part):
     """SO(3), as unit quaternions x, y, z, w, of which q and -q are the same. A distance is the
@@ -167,6 +232,9 @@ class Rotations(Part):
     size = 4
     dimension = 3
     is_flat = False
+    lower = np.full(4, -1.0)
+    upper = np.full(4, 1.0)
+    extent = math.pi
 
     def __init__(self, weight: float = 1.0) -> None:
         self.weight = weight
@@ -200,6 +268,12 @@ class Rotations(Part):
     def definition(self) -> dict[str, Any]:
         return {"rotations": "xyzw", "weight": self.weight}
 
+    def factors(self) -> list[Factor]:
+        return [Factor(Kind.ROTATIONS, np.arange(4))]
+
+    def __str__(self) -> str:
+        return "SO(3)"
+
 
 def _conjugate(q: Array) -> Array:
     inverse: Array = q * np.array([-1.0, -1.0, -1.0, 1.0])
@@ -225,6 +299,8 @@ class Space:
         dimension: int, degrees of freedom.
         is_flat: bool, whether it is R^n: the shortest way is the straight line of the numbers.
         weights: float64 (dimension,), by which velocities count, those of their parts.
+        lower, upper: float64 (size,), between which the numbers of a configuration are.
+        extent: float, the greatest distance of two configurations in it.
 
     Example:
         >>> plane = Coordinates([0, 0], [10, 10])
@@ -243,6 +319,9 @@ class Space:
         self.dimension = sum(part.dimension for part in self.parts)
         self.is_flat = len(self.parts) == 1 and self.parts[0].is_flat
         self.weights = np.repeat([p.weight for p in self.parts], [p.dimension for p in self.parts])
+        self.lower: Array = np.concatenate([part.lower for part in self.parts])
+        self.upper: Array = np.concatenate([part.upper for part in self.parts])
+        self.extent = sum(part.weight * part.extent for part in self.parts)
 
     def difference(self, a: Array, b: Array) -> Array:
         """The velocities, float64 (n, dimension), of the shortest ways between configurations
@@ -274,6 +353,13 @@ class Space:
             [p.advance(x, t * p.difference(x, y)) for p, x, y in self._pairs(a, b)]
         )
 
+    def middle(self, a: Array, b: Array) -> Array:
+        """Half way between configurations (n, size), (n, size)."""
+        if self.is_flat:
+            half: Array = (a + b) / 2
+            return half
+        return self.interpolate(a, b, np.full(len(a), 0.5))
+
     def length(self, waypoints: Array) -> float:
         """Of a path of waypoints (k, size) that are joined by shortest ways."""
         return float(self.distance(waypoints[:-1], waypoints[1:]).sum())
@@ -286,6 +372,16 @@ class Space:
     def sample(self, rng: np.random.Generator, n: int) -> Array:
         """Uniform configurations, float64 (n, size)."""
         return np.concatenate([part.sample(rng, n) for part in self.parts], axis=-1)
+
+    def narrowed(self, lower: Array, upper: Array) -> Space:
+        """The same between narrower bounds (size,) of the coordinates that do not wrap."""
+        between = self._pairs(lower, upper)
+        return Space([part.narrowed(low, high) for part, low, high in between])
+
+    def __str__(self) -> str:
+        """What it is a product of, with weights other than 1, as in "R^3 x 0.5 SO(3)"."""
+        named = ((part.weight, str(part)) for part in self.parts)
+        return " x ".join(name if w == 1 else f"{w:.3g} {name}" for w, name in named)
 
     def definition(self) -> list[dict[str, Any]]:
         """All that defines it, as JSON data."""

@@ -18,7 +18,7 @@ class _Proposer(Planner):
     improves = False
 
     def setup(self, env: Environment, *, seed: int) -> None:
-        self._lower, self._upper = env.free_bounds
+        self._space = env.sampling_space
         self._model = env.collision_model(env.planning_tolerance)
         self._checks_before = 0
 
@@ -56,7 +56,6 @@ class RandomDetours(_Proposer):
         while budget.remaining() > _LEAD_S:
             if self._is_free(path):
                 return self._result(Status.EXACT_SOLUTION, path)
-            places = rng.integers(1, _MOST_PLACES + 1), len(self._lower)
-            detour = rng.uniform(self._lower, self._upper, places)
+            detour = self._space.sample(rng, int(rng.integers(1, _MOST_PLACES + 1)))
             path = np.array([problem.start, *detour, problem.goal])
         return self._result(Status.TIMEOUT)

@@ -19,7 +19,7 @@ ENDPOINT_TOLERANCE = 1e-6
 
 
 MOST_DIAGONALS = 100.0
-"""How long a path may be, as many times as the bounds are wide."""
+"""How long a path may be, as many times as the space is wide."""
 
 _MOST_QUERIES = 100_000
 """How often the distance of one of the robot's bodies is asked for, for one verdict; each takes
@@ -56,7 +56,6 @@ class Judge:
         self._env = env
         self._space = env.space
         self._model = env.collision_model()
-        self._diagonal = float(np.linalg.norm(env.upper - env.lower))
 
     @property
     def env(self) -> Environment:
@@ -69,8 +68,8 @@ class Judge:
             path = Path(claimed).waypoints  # type: ignore[arg-type]  # whatever was claimed
         except ValueError as error:
             return Judgement(Verdict.MALFORMED, str(error))
-        if path.shape[1] != self._env.dimension:
-            reason = f"waypoints have {path.shape[1]} coordinates, not {self._env.dimension}"
+        if path.shape[1] != self._space.size:
+            reason = f"waypoints have {path.shape[1]} coordinates, not {self._space.size}"
             return Judgement(Verdict.MALFORMED, reason)
         ends = (("start", path[0], problem.start), ("goal", path[-1], problem.goal))
         for name, there, wanted in ends:
@@ -102,7 +101,7 @@ class Judge:
         """Why a path is not looked at, if it is not."""
         if len(path) > MOST_WAYPOINTS:
             return f"it has {len(path)} waypoints, more than {MOST_WAYPOINTS}"
-        if length > MOST_DIAGONALS * self._diagonal:
+        if length > MOST_DIAGONALS * self._space.extent:
             return f"it is longer than {MOST_DIAGONALS:g} times the diagonal of the bounds"
         return ""
 

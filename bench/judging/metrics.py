@@ -29,8 +29,9 @@ from bench.judging.traversal import traversal_time
 from envs import Environment, InputError, Problem
 from envs.problem import Array
 
-_PIECES_OF_DIAGONAL = 1000
-"""Integrals along a path are summed in pieces no longer than this part of the bounds' diagonal."""
+_PIECES_OF_EXTENT = 1000
+"""Integrals along a path are summed in pieces no longer than this part of the space's extent, which
+in R^n is the diagonal of the bounds."""
 
 
 class _Clearances(threading.local):
@@ -44,8 +45,8 @@ class _Clearances(threading.local):
     def along(self, env: Environment, path: Array) -> tuple[Array, Array]:
         """Clearances (n,) in workspace units at the middles of pieces, and the pieces' lengths."""
         if self._of is None or self._of[0] is not env or self._of[1] is not path:
-            diagonal = float(np.linalg.norm(env.upper - env.lower))
-            middles, lengths = pieces(env.space, path, diagonal / _PIECES_OF_DIAGONAL)
+            space = env.space
+            middles, lengths = pieces(space, path, space.extent / _PIECES_OF_EXTENT)
             self._found = env.clearance(middles), lengths
             self._of = env, path
         return self._found

@@ -73,12 +73,11 @@ def ompl_parameters(spec: Spec) -> Rows:
     """The parameters that OMPL's own planner declares, with its defaults."""
     if not spec.entry_point.startswith("planners.ompl"):
         return []
-    import numpy as np
-
-    from planners.ompl import parameters, validity
+    from planners.ompl import parameters
+    from planners.ompl.state_space import unit_square
 
     _, geometric, util = parameters.load()
-    information = validity.space_information(validity.box_space(np.zeros(2), np.ones(2)))
+    information = unit_square().information()
     planner = getattr(geometric, spec.arguments["algorithm"])(information)  # owns its parameters
     declared, names = planner.params(), util.vectorString()
     declared.getParamNames(names)

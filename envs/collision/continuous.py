@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from envs.compiled import njit_inline
 from envs.problem import Array
+from envs.spaces import Space
 
 Clearance = Callable[[Array], float]
 
@@ -252,7 +253,8 @@ def paths_are_free(
     clearance: Callable[[Array], Array],
     rate_bound: float,
     paths: Sequence[Array],
-    tolerance: float = DEFAULT_TOLERANCE,
+    tolerance: float,
+    space: Space,
 ) -> NDArray[np.bool_]:
     """Which paths are proved free of collision, (n,) of bool.
 
@@ -263,6 +265,7 @@ def paths_are_free(
         clearance: (n, d) -> (n,), in workspace units; never more than the true one.
         rate_bound: how far any point of the robot moves per unit of configuration distance.
         paths: each (k, d).
+        space: whose shortest ways join their waypoints, and whose distances these are.
     """
     free = np.ones(len(paths), dtype=bool)
     if not paths:
@@ -278,12 +281,12 @@ def paths_are_free(
     while True:
         # Clearance falls from either end by no more than points move, so that it is nowhere less
         # than (at_a + at_b - moved) / 2. Motions of which that says too little are halved.
-        moved = rate_bound * np.linalg.norm(b - a, axis=1)
+        moved = rate_bound * space.distance(a, b)
         uncertain = (at_a + at_b - tolerance < moved) & free[owner]
         if not uncertain.any():
             return free
         owner, a, b, at_a, at_b = (x[uncertain] for x in (owner, a, b, at_a, at_b))
-        middle = (a + b) / 2
+        middle = space.middle(a, b)
         at_middle = clearance(middle)
         free[owner[at_middle <= tolerance]] = False
         owner = np.concatenate([owner, owner])

@@ -87,7 +87,7 @@ class FieldPlanner(LearnedPlanner):
         self._count = attempts
 
     def unsupported(self, env: Environment) -> str | None:
-        return unsupported(self.name, env)
+        return super().unsupported(env) or unsupported(self.name, env)
 
     def expected_minutes(self, env: Environment) -> float:
         return method(self.name, env).expected_minutes

@@ -129,6 +129,11 @@ class LearnedPlanner(Planner):
         self.device = checked_device(device)
         self._weights = weights
 
+    def unsupported(self, env: Environment) -> str | None:
+        """By default a reason where the configuration space is not R^n: a network that takes the
+        numbers of a configuration as they are knows nothing of angles that wrap and rotations."""
+        return None if env.space.is_flat else f"learned for R^n, not for {env.space}"
+
     def weights_file(self, env: Environment) -> Path | None:
         """The weights that `setup` will use, or None if it must be trained first."""
         if self._weights:

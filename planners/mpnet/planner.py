@@ -80,8 +80,8 @@ class MpnetPlanner(LearnedPlanner):
         if len(env.family()) < 2:
             return "it learns from demonstrations in many scenes, and this one has no family"
         if self._fallback is not None:
-            return self._fallback.unsupported(env)
-        return None
+            return super().unsupported(env) or self._fallback.unsupported(env)
+        return super().unsupported(env)
 
     def domain(self, env: Environment) -> str:
         return env.family_fingerprint

@@ -9,20 +9,12 @@ import numpy as np
 
 from envs import Environment, InputError, Problem
 from envs.collision.shapes import Mesh
-from envs.problem import Array
 from envs.seeding import training_seed
 from planners.base import Budget, Planner, PlannerResult, Status
 from planners.ompl import parameters
 from planners.ompl.parameters import set_parameters
-from planners.ompl.validity import (
-    Progress,
-    Validity,
-    box_space,
-    path_length,
-    space_information,
-    state_of,
-    values,
-)
+from planners.ompl.state_space import StateSpace, unit_square
+from planners.ompl.validity import Progress, Validity
 
 _ROADMAPS = ("PRMstar", "LazyPRMstar")
 
@@ -48,7 +40,7 @@ were seen in LazyPRM*, 0.3 s in AIT* and 1 s in BIT*."""
 
 
 class OmplPlanner(Planner):
-    """A planner of `ompl.geometric` over the box of joint values.
+    """A planner of `ompl.geometric` over the environment's configuration space.
 
     States are checked by the environment's FCL model and motions by its certified segment check,
     so that no path is lost to a resolution that the planner never chose. A planner that tests
@@ -90,18 +82,20 @@ class OmplPlanner(Planner):
         self._kept: Any = None
         self._roadmap: Any = None
         if parameters:
-            self._make(space_information(box_space(np.zeros(2), np.ones(2))))
+            self._make(unit_square().information())
 
     def setup(self, env: Environment, *, seed: int) -> None:
         _, _, util = parameters.load()
-        self._space = box_space(*env.free_bounds)  # samples elsewhere would be in vain
+        self._space = StateSpace(env.sampling_space)
         self._model = env.collision_model(env.planning_tolerance)
-        self._si = space_information(self._space)
+        self._si = self._space.information()
         self._progress = Progress()
-        self._validity = Validity(self._si, env, self._model, self._algorithm, self._progress)
+        self._validity = Validity(
+            self._si, self._space, env, self._model, self._algorithm, self._progress
+        )
         self._si.setup()
         # One for all problems: a planner that is kept looks only at the first it was given.
-        self._objective = path_length(self._si)
+        self._objective = self._space.path_length(self._si)
         seconds = self._roadmap_seconds(env)
         if seconds:
             util.RNG.setSeed(seed)
@@ -126,7 +120,8 @@ class OmplPlanner(Planner):
         data = base.PlannerData(self._si)
         planner.getPlannerData(data)
         data.decoupleFromPlanner()
-        states = [self._values(data.getVertex(i).getState()) for i in range(data.numVertices())]
+        vertices = (data.getVertex(i) for i in range(data.numVertices()))
+        states = [self._space.values(vertex.getState()) for vertex in vertices]
         for i, state in enumerate(states):
             neighbours = util.vectorUint()
             data.getEdges(i, neighbours)
@@ -168,7 +163,7 @@ class OmplPlanner(Planner):
         }
         if path is None:
             return PlannerResult(status, None, stats)
-        states = [self._values(state) for state in path.getStates()]
+        states = [self._space.values(state) for state in path.getStates()]
         # FMT*'s path to where it is already has one state.
         waypoints = np.array(states if len(states) > 1 else 2 * states)
         exact = definition.hasExactSolution()
@@ -188,7 +183,7 @@ class OmplPlanner(Planner):
         base, _, _ = parameters.load()
         definition = base.ProblemDefinition(self._si)
         definition.setStartAndGoalStates(
-            state_of(problem.start, self._space), state_of(problem.goal, self._space)
+            self._space.state(problem.start), self._space.state(problem.goal)
         )
         self._objective.setCostThreshold(base.Cost(stop_cost))
         definition.setOptimizationObjective(self._objective)
@@ -200,9 +195,6 @@ class OmplPlanner(Planner):
         answer = planner.solve(base.timedPlannerTerminationCondition(seconds))
         self._progress.end()
         return definition, _STATUS.get(answer.getStatus().name, Status.TIMEOUT)
-
-    def _values(self, state: Any) -> Array:
-        return values(state, self._space.getDimension())
 
     def _make(self, si: Any) -> Any:
         """A new planner with our parameters."""

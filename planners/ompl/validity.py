@@ -1,9 +1,5 @@
-"""What OMPL works with: its state space and objective, the validity of states and motions in an
-environment, and the progress of its best path.
-
-OMPL's bindings look for an override in Python at every virtual call of an object that Python made.
-Planners call the distance of a space and the cost of a motion millions of times, so that most of
-their time went into looking. What OMPL makes of its own accord is called directly.
+"""What OMPL asks of us: the validity of states and motions in an environment. And the progress of
+its best path.
 """
 
 from __future__ import annotations
@@ -12,12 +8,10 @@ import math
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-
 from envs import Environment
 from envs.collision.fcl_model import CollisionModel
-from envs.problem import Array
 from planners.ompl import parameters
+from planners.ompl.state_space import StateSpace
 
 _SAMPLES_EDGES = ("EITstar",)
 """Planners that never ask the motion validator and test states along an edge instead, with gaps
@@ -37,20 +31,26 @@ class Validity:
     Args:
         si: OMPL's space information, which asks here from now on. It does not own what it asks:
             keep this object as long as that one.
+        space: its states'.
         progress: is told of every question.
     """
 
     def __init__(
-        self, si: Any, env: Environment, model: CollisionModel, algorithm: str, progress: Progress
+        self,
+        si: Any,
+        space: StateSpace,
+        env: Environment,
+        model: CollisionModel,
+        algorithm: str,
+        progress: Progress,
     ) -> None:
         base, _, _ = parameters.load()
         self._model = model
         self._progress = progress
-        space = si.getStateSpace()
-        self._dimension = space.getDimension()
+        self._values = space.values
         self._margin = 0.0
         if algorithm in _SAMPLES_EDGES:
-            extent, rate = space.getMaximumExtent(), env.robot.rate_bound
+            extent, rate = space.ompl.getMaximumExtent(), env.robot.rate_bound
             gap = min(_SEGMENT_SHARE * extent, _MOST_MARGIN * env.speed_model.d_max / rate)
             si.setStateValidityCheckingResolution(gap / extent)
             self._margin = gap * rate + model.tolerance
@@ -61,16 +61,15 @@ class Validity:
     def of_state(self, state: Any) -> bool:
         """Whether a state of OMPL's touches nothing, by the margin where there is one."""
         self._progress.tick()
-        q = values(state, self._dimension)
+        q = self._values(state)
         if self._margin:
             return self._model.clearance(q) > self._margin
         return self._model.is_valid(q)
 
     def of_motion(self, a: Any, b: Any) -> bool:
-        """Whether the straight motion between two states of OMPL's is proved free."""
+        """Whether the shortest motion between two states of OMPL's is proved free."""
         self._progress.tick()
-        start, end = values(a, self._dimension), values(b, self._dimension)
-        return self._model.segment_is_free(start, end)
+        return self._model.segment_is_free(self._values(a), self._values(b))
 
 
 def _motion_validator(si: Any, validity: Validity) -> Any:
@@ -85,65 +84,6 @@ def _motion_validator(si: Any, validity: Validity) -> Any:
             return False
 
     return CertifiedMotionValidator(si)
-
-
-def box_space(lower: Array, upper: Array) -> Any:
-    """The `RealVectorStateSpace` between two corners (d,).
-
-    OMPL makes one for the positions of SE(2), which takes further dimensions. It has none for a
-    single one: that is made here, and is slower.
-    """
-    base, _, _ = parameters.load()
-    dimension = len(lower)
-    if dimension == 1:
-        space = base.RealVectorStateSpace(1)
-    else:
-        space = base.SE2StateSpace().getSubspace(0)
-        for _ in range(dimension - 2):
-            space.addDimension(0.0, 1.0)
-    bounds = base.RealVectorBounds(dimension)
-    for axis in range(dimension):
-        bounds.setLow(axis, float(lower[axis]))
-        bounds.setHigh(axis, float(upper[axis]))
-    space.setBounds(bounds)
-    return space
-
-
-def space_information(space: Any) -> Any:
-    """A `SpaceInformation` of a space, not yet set up."""
-    _, geometric, _ = parameters.load()
-    return geometric.SimpleSetup(space).getSpaceInformation()
-
-
-def path_length(si: Any) -> Any:
-    """The objective of path length: what a planner chooses for a problem without one.
-
-    Args:
-        si: set up.
-    """
-    base, geometric, _ = parameters.load()
-    definition = base.ProblemDefinition(si)
-    space = si.getStateSpace()
-    anywhere = state_of(np.zeros(space.getDimension()), space)
-    definition.setStartAndGoalStates(anywhere, anywhere)
-    planner = geometric.RRTstar(si)
-    planner.setProblemDefinition(definition)
-    planner.setup()
-    return definition.getOptimizationObjective()
-
-
-def values(state: Any, dimension: int) -> Array:
-    """A state's values (d,)."""
-    return np.array([state[axis] for axis in range(dimension)])
-
-
-def state_of(q: Array, space: Any) -> Any:
-    """A state with values (d,)."""
-    base, _, _ = parameters.load()
-    state = base.State(space)
-    for axis, value in enumerate(q):
-        state()[axis] = float(value)
-    return state
 
 
 class Progress:

@@ -18,7 +18,8 @@ import planners
 from envs import Environment, Problem
 from planners import Budget
 from planners.ompl import parameters
-from planners.ompl.validity import Validity, box_space, space_information
+from planners.ompl.state_space import unit_square
+from planners.ompl.validity import Validity
 
 _QUESTIONS = 100_000
 _LIMIT_S = 5.0
@@ -91,7 +92,7 @@ def seconds_of_a_question() -> float:
     """From OMPL to a function in Python that does nothing, and back."""
     base, _, _ = parameters.load()
     in_python = base.StateValidityCheckerFn(lambda state: True)
-    si = space_information(box_space(np.zeros(3), np.ones(3)))
+    si = unit_square().information()
     spent = []
     for checker in (in_python, base.AllValidStateValidityChecker(si)):
         si.setStateValidityChecker(checker)

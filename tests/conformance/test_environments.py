@@ -76,14 +76,23 @@ def env(entry: str) -> Environment:
 
 
 def test_bounds_are_a_box(env: Environment) -> None:
-    assert env.lower.shape == env.upper.shape == (env.dimension,)
+    assert env.lower.shape == env.upper.shape == (env.space.size,)
     assert (env.lower < env.upper).all()
-    assert env.contains(np.array([env.lower, env.upper, (env.lower + env.upper) / 2])).all()
-    assert not env.contains(np.array([env.upper + 1e-3])).any()
+    assert (env.lower == env.space.lower).all()
+    assert (env.upper == env.space.upper).all()
+    drawn = env.space.sample(np.random.default_rng(0), 100)
+    assert env.contains(drawn).all()
+    assert not env.contains(drawn + 3 * (env.upper - env.lower)).any()
+
+
+def test_free_space_is_within_what_is_sampled(env: Environment) -> None:
+    q = env.space.sample(np.random.default_rng(4), 500)
+    free = q[env.clearance(q) > 0]
+    assert env.sampling_space.contains(free).all()
 
 
 def test_batches_and_single_configurations_agree(env: Environment) -> None:
-    q = np.random.default_rng(0).uniform(env.lower, env.upper, (200, env.dimension))
+    q = env.space.sample(np.random.default_rng(0), 200)
     whole = env.clearance(q)
     assert whole.shape == (200,)
     assert [env.clearance(one[None])[0] for one in q] == pytest.approx(whole)
@@ -92,7 +101,7 @@ def test_batches_and_single_configurations_agree(env: Environment) -> None:
 
 
 def test_clearance_and_fcl_agree_on_collision(env: Environment) -> None:
-    q = np.random.default_rng(1).uniform(env.lower, env.upper, (500, env.dimension))
+    q = env.space.sample(np.random.default_rng(1), 500)
     model = env.collision_model()
     valid = np.array([model.is_valid(one) for one in q])
     assert (valid == (env.clearance(q) > 0)).all()
@@ -101,12 +110,12 @@ def test_clearance_and_fcl_agree_on_collision(env: Environment) -> None:
 
 def test_clearance_changes_no_faster_than_the_motion_bound(env: Environment) -> None:
     rng = np.random.default_rng(2)
-    a = rng.uniform(env.lower, env.upper, (500, env.dimension))
-    b = np.clip(a + rng.normal(0, 0.1, a.shape), env.lower, env.upper)
+    a, other = env.space.sample(rng, 500), env.space.sample(rng, 500)
+    b = env.space.interpolate(a, other, rng.uniform(0, 0.05, 500))
     change = np.abs(env.clearance(b) - env.clearance(a))
     bounds = np.array([env.robot.motion_bound(x, y) for x, y in zip(a, b, strict=True)])
     assert (change <= bounds + 1e-9).all()
-    assert (bounds <= env.robot.rate_bound * np.linalg.norm(b - a, axis=1) + 1e-9).all()
+    assert (bounds <= env.robot.rate_bound * env.space.distance(a, b) + 1e-9).all()
 
 
 def test_problems_are_repeatable_and_their_ends_free(env: Environment) -> None:

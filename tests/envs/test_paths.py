@@ -12,8 +12,10 @@ from envs.collision.continuous import paths_are_free
 from envs.collision.distance_fields import signed_distance_to_boxes
 from envs.collision.shapes import Box
 from envs.problem import Array
+from envs.spaces import Coordinates, Space
 
 BOX = Box(np.zeros(3), np.full(3, 2.0))
+R3 = Space([Coordinates([-10] * 3, [10] * 3)])
 
 
 def clearance(q: Array) -> Array:
@@ -22,7 +24,7 @@ def clearance(q: Array) -> Array:
 
 def free(*paths: list[list[float]], tolerance: float = 1e-3) -> list[bool]:
     arrays = [np.array(path) for path in paths]
-    return list(paths_are_free(clearance, 1.0, arrays, tolerance))
+    return list(paths_are_free(clearance, 1.0, arrays, tolerance, R3))
 
 
 def test_hand_made_paths() -> None:
@@ -58,7 +60,7 @@ def test_a_point_that_moves_faster_than_its_configuration_needs_more_room() -> N
 
     for rate in (0.4, 4.0):
         calls.clear()
-        assert paths_are_free(counted, rate, [path]).all()
+        assert paths_are_free(counted, rate, [path], 1e-3, R3).all()
         assert (len(calls) > 1) == (rate > 1)
 
 
@@ -68,7 +70,7 @@ def test_it_agrees_with_fcl_on_random_paths(c3d: Environment) -> None:
         np.clip(rng.uniform(-9, 9, 3) + np.cumsum(rng.normal(0, 1, (6, 3)), axis=0), -10, 10)
         for _ in range(300)
     ]
-    ours = paths_are_free(c3d.clearance, c3d.robot.rate_bound, paths, tolerance=3e-3)
+    ours = c3d.paths_are_free(paths, 3e-3)
     strict, loose = c3d.collision_model(6e-3), c3d.collision_model(1e-3)
     for path, is_free in zip(paths, ours, strict=True):
         segments = list(pairwise(path))
