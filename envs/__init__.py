@@ -86,6 +86,13 @@ REGISTRY: Registry[Environment] = Registry(
             "point robot about or within any triangle mesh (file, kind, robot_radius, scale)",
             in_all=False,
         ),
+        Spec(
+            "rigid",
+            "envs.scenes.rigid_world:RigidWorld",
+            "rigid body that turns, or only moves, in any world of a point robot (body, space, "
+            "world, size)",
+            in_all=False,
+        ),
     ],
     entry_point_group="bench.envs",
     base="envs.environment:Environment",

@@ -6,6 +6,7 @@ import hashlib
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -75,7 +76,7 @@ class Environment(ABC):
         a second; None where the robot has none that are known, which is the default."""
         return None
 
-    @property
+    @cached_property
     def space(self) -> Space:
         """The configuration space, whose shortest ways are checked, judged and measured: by
         default R^d between `lower` and `upper`. Those of another must be the space's."""

@@ -153,14 +153,28 @@ class Containment:
         """(n,) of bool, at configurations (n, d)."""
         return np.array([not self._within(one) for one in q], dtype=np.bool_)
 
+    def robot_encloses(self, q: Array) -> NDArray[np.bool_]:
+        """Which have an obstacle, or another part, wholly within a part that is a mesh, (n,) of
+        bool, at configurations (n, d)."""
+        return np.array([self._encloses(*self._placed(one)) for one in q], dtype=np.bool_)
+
     def _within(self, q: Array) -> bool:
-        robot = self._robot
-        poses = [(np.eye(3) if turn is None else turn, shift) for turn, shift in robot.poses(q)]
-        points = [p @ turn.T + shift for p, (turn, shift) in zip(self._points, poses, strict=True)]
-        moving = np.concatenate(points[: robot.moving])
+        poses, points = self._placed(q)
+        moving = np.concatenate(points[: self._robot.moving])
         for mesh, pose in self._meshes:
             if _is_inside(mesh, pose[:3, :3], pose[:3, 3], moving):
                 return True
+        return self._encloses(poses, points)
+
+    def _placed(self, q: Array) -> tuple[list[tuple[Array, Array]], list[Array]]:
+        """The poses of the robot's shapes, and the points of the pieces of each."""
+        placed = self._robot.poses(q)
+        poses = [(np.eye(3) if turn is None else turn, shift) for turn, shift in placed]
+        points = [p @ turn.T + shift for p, (turn, shift) in zip(self._points, poses, strict=True)]
+        return poses, points
+
+    def _encloses(self, poses: Sequence[tuple[Array, Array]], points: Sequence[Array]) -> bool:
+        robot = self._robot
         for number, mesh in self._link_meshes:
             others = [points[b if a == number else a] for a, b in robot.pairs if number in (a, b)]
             if number < robot.moving:
