@@ -288,6 +288,13 @@ def _product(a: Array, b: Array) -> Array:
     return np.concatenate([s * v + t * u + np.cross(u, v), scalar], axis=-1)
 
 
+def _of_circles(part: Part) -> NDArray[np.bool_]:
+    found = np.zeros(part.size, dtype=np.bool_)
+    for factor in part.factors():
+        found[factor.places] = factor.kind is Kind.CIRCLE
+    return found
+
+
 class Space:
     """A product of parts.
 
@@ -301,6 +308,8 @@ class Space:
         weights: float64 (dimension,), by which velocities count, those of their parts.
         lower, upper: float64 (size,), between which the numbers of a configuration are.
         extent: float, the greatest distance of two configurations in it.
+        kinds: what it is a product of.
+        wraps: (size,) of bool, which of the numbers are of a circle.
 
     Example:
         >>> plane = Coordinates([0, 0], [10, 10])
@@ -322,6 +331,8 @@ class Space:
         self.lower: Array = np.concatenate([part.lower for part in self.parts])
         self.upper: Array = np.concatenate([part.upper for part in self.parts])
         self.extent = sum(part.weight * part.extent for part in self.parts)
+        self.kinds = frozenset(f.kind for part in self.parts for f in part.factors())
+        self.wraps = np.concatenate([_of_circles(part) for part in self.parts])
 
     def difference(self, a: Array, b: Array) -> Array:
         """The velocities, float64 (n, dimension), of the shortest ways between configurations

@@ -23,33 +23,44 @@ def default_resolution(dimension: int) -> int | None:
 class SpeedGrid:
     """An environment's speeds (equation 3) on the nodes of a regular grid over its free space.
 
+    Lengths are Euclidean in the coordinates times their weights, also where the space adds up the
+    lengths of several parts. Along a coordinate that wraps, the last node is the first, and fronts
+    go on there.
+
     Args:
+        env: whose space has no rotations.
         resolution: nodes along the longest side of the environment's bounds. Where free space is
             known to be smaller (`Environment.free_bounds`) there are fewer, as far apart.
         order: of the finite differences, 1 or 2.
 
     Attributes:
         lower, upper: (d,) the first node and the last.
-        spacing: (d,) between nodes.
+        spacing: (d,) between nodes, in lengths.
         radius: of the sphere about the exact goal on which fronts start.
     """
 
     def __init__(self, env: Environment, resolution: int, order: int) -> None:
-        longest = float((env.upper - env.lower).max())
-        self.lower, self.upper = env.free_bounds
-        cells = np.ceil((self.upper - self.lower) / longest * (resolution - 1) - 1e-6).astype(int)
-        cells = np.maximum(cells, 4)
+        self._space = env.sampling_space
+        self._weights = self._space.weights
+        longest = float(((env.upper - env.lower) * self._weights).max())
+        self.lower, self.upper = self._space.lower, self._space.upper
+        sides = (self.upper - self.lower) * self._weights
+        cells = np.maximum(np.ceil(sides / longest * (resolution - 1) - 1e-6).astype(int), 4)
         self._axes = node_axes(self.lower, self.upper, cells + 1)
+        self._once = [
+            axis[:-1] if wraps else axis
+            for axis, wraps in zip(self._axes, self._space.wraps, strict=True)
+        ]
         self._env = env
         self._order = order
-        self.spacing: Array = (self.upper - self.lower) / cells
+        self.spacing: Array = sides / cells
         self.radius = 1.5 * float(self.spacing.max())
         # A slice of nodes at a time: in many dimensions all of them take more room than the speeds.
-        self._speed: Array = np.stack([self._speeds(x) for x in self._axes[0]])
+        self._speed: Array = np.stack([self._speeds(x) for x in self._once[0]])
 
     def _speeds(self, first: float) -> Array:
         """Speeds on the nodes with a first coordinate, one axis for each of the others."""
-        nodes = node_positions([np.array([first]), *self._axes[1:]])
+        nodes = node_positions([np.array([first]), *self._once[1:]])
         speed = self._env.speed_on_grid(nodes.reshape(-1, self._env.dimension))
         return speed.reshape(nodes.shape[1:-1])
 
@@ -59,11 +70,17 @@ class SpeedGrid:
         nodes there may lie in a wall, and would draw paths away from the goal."""
         outside = self._distance_to(goal) - self.radius
         times = np.asarray(
-            skfmm.travel_time(outside, self._speed, dx=self.spacing, order=self._order)
+            skfmm.travel_time(
+                outside,
+                self._speed,
+                dx=self.spacing,
+                order=self._order,
+                periodic=tuple(self._space.wraps),
+            )
         )
         [speed] = self._env.speed(goal[None])
         whole: Array = np.where(outside < 0, outside / speed, times)
-        return whole
+        return np.pad(whole, [(0, int(wraps)) for wraps in self._space.wraps], mode="wrap")
 
     def times_at(self, times: Array, goal: Array, q: Array) -> Array:
         """Arrival times (n,) at configurations (n, d) within the bounds, from those on the nodes,
@@ -94,10 +111,18 @@ class SpeedGrid:
     def _distance_to(self, goal: Array) -> Array:
         """Distances from every node to `goal`: its level set of `radius` is where fronts start,
         a sphere about the exact goal rather than a cell."""
-        squares = [(axis - x) ** 2 for axis, x in zip(self._axes, goal, strict=True)]
-        total = _outer_sum(squares)
+        places = zip(self._once, goal, self._weights, self._space.wraps, strict=True)
+        total = _outer_sum([(w * _apart(axis, x, wraps)) ** 2 for axis, x, w, wraps in places])
         distance: Array = np.sqrt(total)
         return distance
+
+
+def _apart(axis: Array, x: float, wraps: bool) -> Array:
+    """The differences of the nodes of an axis from a coordinate, the short way where it wraps."""
+    apart: Array = axis - x
+    if wraps:
+        apart -= 2 * np.pi * np.rint(apart / (2 * np.pi))
+    return apart
 
 
 def _outer_sum(terms: Sequence[Array]) -> Array:

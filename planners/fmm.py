@@ -9,6 +9,7 @@ import numpy as np
 from envs import Environment, InputError, Problem
 from envs.grid import RegularGrid
 from envs.problem import Array
+from envs.spaces import Kind, Space
 from planners.base import Budget, Planner, PlannerResult, Status
 from planners.fast_marching import SpeedGrid, default_resolution
 
@@ -41,6 +42,8 @@ class FastMarching(Planner):
         self._order = order
 
     def unsupported(self, env: Environment) -> str | None:
+        if Kind.ROTATIONS in env.space.kinds:
+            return f"no regular grid covers the rotations of {env.space}"
         resolution = self._resolution or default_resolution(env.dimension)
         if resolution is None:
             return f"no grid of {env.dimension} dimensions is fine enough to help; set resolution"
@@ -57,7 +60,7 @@ class FastMarching(Planner):
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         grid = self._grid
         times = RegularGrid.between(grid.arrival_times(problem.goal), grid.lower, grid.upper)
-        path = descend(times, problem.start, problem.goal, grid.radius)
+        path = descend(times, self._env.space, problem.start, problem.goal, grid.radius)
         if path is None:
             return PlannerResult(Status.APPROXIMATE_SOLUTION)
         # The speed is not 0 within obstacles: what has no way round has a path through them.
@@ -74,32 +77,45 @@ _STEP = 0.5  # length of a step, in grid spacings
 _STEP_LIMIT = 20  # steps per node of an axis: ten times across the grid
 
 
-def descend(field: RegularGrid, start: Array, goal: Array, radius: float) -> Array | None:
+def descend(
+    field: RegularGrid, space: Space, start: Array, goal: Array, radius: float
+) -> Array | None:
     """The path (k, d) of steepest descent in a field from `start` to `goal`, or None if it gets
     stuck.
 
     Goes on until `goal` is within `radius`, then straight; each step is half a spacing long, in the
-    direction of the gradient half a step ahead (midpoint rule).
+    direction of the gradient half a step ahead (midpoint rule). Lengths are Euclidean in the
+    coordinates times the space's weights.
     """
-    length = _STEP * float(field.spacing.min())
-    lower, upper = field.lower, field.upper
+    weights = space.weights
+    length = _STEP * float((field.spacing * weights).min())
     q = np.array(start)
     path = [q]
     for _ in range(_STEP_LIMIT * max(field.values.shape)):
-        if np.linalg.norm(q - goal) <= radius:
+        if np.linalg.norm(weights * space.difference(q, goal)) <= radius:
             return np.array([*path, goal])
-        direction = _downhill(field, q)
+        direction = _downhill(field, q, weights)
         if direction is None:
             return None
-        ahead = _downhill(field, np.clip(q + 0.5 * length * direction, lower, upper))
+        ahead = _downhill(field, _within(field, space, q + 0.5 * length * direction), weights)
         direction = direction if ahead is None else ahead
-        q = np.clip(q + length * direction, lower, upper)
+        q = _within(field, space, q + length * direction)
         path.append(q)
     return None
 
 
-def _downhill(field: RegularGrid, q: Array) -> Array | None:
-    """The unit vector (d,) of steepest descent at `q`, or None where the field is flat."""
-    gradient = field.gradient(q)
+def _within(field: RegularGrid, space: Space, q: Array) -> Array:
+    """The place within a field's bounds: the same one where a coordinate wraps, else the next."""
+    inside: Array = np.clip(q, field.lower, field.upper)
+    if space.wraps.any():
+        turned = field.lower + (q - field.lower) % (2 * np.pi)
+        inside = np.where(space.wraps, np.minimum(turned, field.upper), inside)
+    return inside
+
+
+def _downhill(field: RegularGrid, q: Array, weights: Array) -> Array | None:
+    """The velocity (d,) of steepest descent at `q`, whose length is 1, or None where the field is
+    flat."""
+    gradient = field.gradient(q) / weights
     norm = float(np.sqrt(gradient @ gradient))
-    return None if norm == 0 else -gradient / norm
+    return None if norm == 0 else -gradient / norm / weights

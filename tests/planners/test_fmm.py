@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,9 +16,12 @@ from bench.conformance.trials import WalledIn, unsolvable_problem
 from bench.judging.path_numbers import pieces
 from envs import InputError, Problem
 from envs.grid import RegularGrid
+from envs.robots.point import PointRobot
 from envs.scenes.mesh_world import MeshWorld
 from envs.spaces import Coordinates, Space
+from envs.speed_model import SpeedModel
 from planners import Budget, Status
+from planners.fast_marching import SpeedGrid
 from planners.fmm import descend
 
 
@@ -61,15 +65,66 @@ def test_descent_in_a_known_field() -> None:
     q = np.array([-0.8, 0.9])
     away = (q - goal) / np.linalg.norm(q - goal)
     assert field.gradient(q) == pytest.approx(away, abs=1e-3)
-    path = descend(field, q, goal, 0.1)
+    space = Space([Coordinates(field.lower, field.upper)])
+    path = descend(field, space, q, goal, 0.1)
     assert path is not None
-    whole = Space([Coordinates(field.lower, field.upper)]).length(path)
+    whole = space.length(path)
     assert whole == pytest.approx(np.linalg.norm(q - goal), rel=1e-3)
 
 
 def test_a_flat_field_leads_nowhere() -> None:
     field = RegularGrid.between(np.zeros((5, 5)), np.zeros(2), np.full(2, 4.0))
-    assert descend(field, np.array([1.0, 1.0]), np.array([3.0, 3.0]), 0.1) is None
+    space = Space([Coordinates(field.lower, field.upper)])
+    assert descend(field, space, np.array([1.0, 1.0]), np.array([3.0, 3.0]), 0.1) is None
+
+
+class Cylinder(envs.Environment):
+    """Nothing is about: a place along an axis, and an angle that counts twice."""
+
+    space = Space([Coordinates([0], [6]), Coordinates([-np.pi], [np.pi], [True], weight=2.0)])
+    lower, upper = space.lower, space.upper
+    min_clearance = 0.1
+    obstacles = ()
+    robot = PointRobot(0.0)
+    speed_model = SpeedModel(d_min=0.1, d_max=1.0)
+
+    def clearance(self, q: np.ndarray) -> np.ndarray:
+        return np.ones(len(q))
+
+    def sample_problems(self, n: int, seed: int) -> list[Problem]:
+        return []
+
+    def definition(self) -> dict[str, Any]:
+        return {}
+
+
+def test_on_a_cylinder_fronts_go_round_and_paths_take_the_short_way() -> None:
+    """Unrolled it is a plane: T = |difference| of the shorter way, and geodesics are straight."""
+    env = Cylinder()
+    grid = SpeedGrid(env, 120, order=2)
+    goal = np.array([3.1, 2.9])
+    times = grid.arrival_times(goal)
+    assert (times[:, 0] == times[:, -1]).all()
+    q = env.space.sample(np.random.default_rng(0), 300)
+    exact = np.linalg.norm(env.space.difference(np.repeat(goal[None], 300, 0), q) * [1, 2], axis=1)
+    far = exact > 2 * grid.radius
+    assert grid.times_at(times, goal, q)[far] == pytest.approx(exact[far], abs=grid.radius / 2)
+
+    field = RegularGrid.between(times, grid.lower, grid.upper)
+    start = np.array([1.0, -2.5])
+    path = descend(field, env.space, start, goal, grid.radius)
+    assert path is not None
+    straight = np.hypot(2.1, 2 * (2 * np.pi - 5.4))
+    steps = env.space.difference(path[:-1], path[1:]) * [1, 2]
+    assert np.linalg.norm(steps, axis=1).sum() == pytest.approx(straight, rel=0.02)
+    assert env.contains(path).all()
+    assert np.abs(path[:, 1]).min() > 2.4, "never by way of 0"
+
+
+def test_rotations_in_space_have_no_grid() -> None:
+    planner = planners.make("fmm")
+    assert "SO(3)" in str(planner.unsupported(envs.make("rigid:space=se3")))
+    assert planner.unsupported(envs.make("rigid:space=se2")) is None
 
 
 @pytest.mark.slow
