@@ -1,4 +1,4 @@
-"""Pictures of an arm along the paths of planners, a panel each."""
+"""Pictures of a robot along the paths of planners, a panel each."""
 
 from __future__ import annotations
 
@@ -17,12 +17,19 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import Normal, Stroke
 
-from bench.report import scene
-from bench.report.configurations import ArmShape, along, free_posture, triangles_of
-from bench.report.projection import Projection, most_telling, region_about
+from bench.report.chosen_paths import Shown, colours
+from bench.report.picture_file import save
+from bench.report.postures import RobotShape, along, drawable, free_posture, triangles_of
+from bench.report.projection import (
+    CUT_OPEN,
+    Projection,
+    most_telling,
+    region_about,
+    seen_when_cut_open,
+)
 from bench.report.raster import Layer, paint
+from envs import Environment
 from envs.problem import Array
-from envs.scenes.arm_world import ArmWorld
 
 _START, _GOAL, _ALONE = "#34507a", "#1f8a5b", "#3b6ea5"
 _BASE, _GREY = "#6d7078", "#a9abb5"
@@ -33,18 +40,18 @@ _TRACE_POINTS = 400
 _INCHES = 4.8  # of a panel's width
 _PAD = 0.08  # about panels and titles, in inches
 _PIXELS_PER_INCH = 300  # twice the file's, which smooths edges
-_BORDER = 0.04  # about all that is drawn, in metres
-_SCALES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # metres
+_BORDER = 0.02  # about all that is drawn, by the side of a box about where the robot comes to
+_SCALES = (1, 2, 5)  # lengths, by powers of ten
 _SCALE_SHARE = 0.3  # its length by a panel's width, at most
-_LOOKED_AT = 2000  # faces of the arm of which it is asked whether they are hidden
-_TIE = 1e-3  # metres
+_LOOKED_AT = 2000  # faces of the robot of which it is asked whether they are hidden
+_TIE = 5e-4  # by that side
+_ABOVE_PATHS = 0.05  # where a building is cut off, by that side
 _TALLEST, _FLATTEST = 1.2, 0.4  # panels, height by width
-_FAR_OUT = 10  # a configuration, by the extent of the bounds
 
 
 @dataclass(frozen=True)
 class _Panel:
-    """A planner's path (k, d); None where what it gave is no path of this arm."""
+    """A planner's path (k, d); None where what it gave is no path of this robot."""
 
     title: str
     colour: str
@@ -57,21 +64,31 @@ class _Stage:
     """What all panels share.
 
     Attributes:
-        arm: its surfaces.
+        env: the environment.
+        robot: its surfaces.
+        side: of a box about where it comes to, the longest.
         still: what does not move.
         view: from where all is seen.
-        lower, upper: (2,) corners of the pictures, in metres to the right and up.
+        lower, upper: (2,) corners of the pictures, in workspace units to the right and up.
     """
 
-    arm: ArmShape
+    env: Environment
+    robot: RobotShape
+    side: float
     still: list[Layer]
     view: Projection
     lower: Array
     upper: Array
 
+    def trace(self, path: Array, count: int) -> Array:
+        """The ways (k, count, 3) of the points that are traced along a path."""
+        q = along(self.env.space, path, np.linspace(0, 1, count))
+        ways: Array = self.env.robot.trace(q).swapaxes(0, 1)
+        return ways
 
-def draw(env: ArmWorld, name: str, shown: scene.Shown | None, file: Path) -> None:
-    """Draws an arm among its obstacles into an image file: along each planner's path, or without
+
+def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
+    """Draws a robot among its obstacles into an image file: along each planner's path, or without
     paths in a posture free of collision. `name` is that of the environment.
 
     Raises:
@@ -98,44 +115,56 @@ def draw(env: ArmWorld, name: str, shown: scene.Shown | None, file: Path) -> Non
         title = name if shown is None else f"{name}, problem {shown.problem}"
         figure.suptitle(title, fontsize=min(12.0, 110 * size[0] / len(title)))
         if shown is not None:
-            _draw_legend(figure, any(panel.refused for panel in panels))
-        scene.save(figure, file)
+            _draw_legend(figure, env.trace_label, any(panel.refused for panel in panels))
+        save(figure, file)
 
 
-def _panels(env: ArmWorld, shown: scene.Shown) -> list[_Panel]:
+def _panels(env: Environment, shown: Shown) -> list[_Panel]:
     """One a planner."""
-    colours = scene.colours(shown.paths)
-    extent = env.upper - env.lower
+    colour_of = colours(shown.paths)
     panels = []
     for planner, path in shown.paths.items():
-        ours = len(path) > 0 and path.shape[1] == env.dimension
-        # What is far out of bounds, or not a number, is nowhere near the scene.
-        ours = ours and bool((np.abs(path - env.lower) <= _FAR_OUT * extent).all())
         refused = planner in shown.refused
         title = f"{planner} (refused)" if refused else planner
-        panels.append(_Panel(title, colours[planner], refused, path if ours else None))
+        seen = path if drawable(env, path) else None
+        panels.append(_Panel(title, colour_of[planner], refused, seen))
     return panels
 
 
-def _stage(env: ArmWorld, paths: Sequence[Array]) -> _Stage:
+def _stage(env: Environment, paths: Sequence[Array]) -> _Stage:
     """`paths` are those that are to be seen."""
-    arm = ArmShape(env.robot)
+    robot = RobotShape(env)
     shares = np.linspace(0, 1, _GHOSTS + 2)
-    moving = np.concatenate([arm.triangles(q) for path in paths for q in along(path, shares)])
-    traces = np.concatenate([arm.tips(along(path, np.linspace(0, 1, 100))) for path in paths])
-    surfaces = [triangles_of([obstacle]) for obstacle in env.obstacles]
-    corners = np.concatenate([moving.reshape(-1, 3), arm.base.reshape(-1, 3), traces])
-    region = region_about(corners, env.robot, surfaces)
+    postures = np.concatenate([along(env.space, path, shares) for path in paths])
+    moving = np.concatenate([robot.triangles(q) for q in postures])
+    ways = [along(env.space, path, np.linspace(0, 1, 100)) for path in paths]
+    traces = env.robot.trace(np.concatenate(ways)).reshape(-1, 3)
+    corners = np.concatenate([moving.reshape(-1, 3), robot.still.reshape(-1, 3), traces])
+    side = float(np.subtract(*robot.bounds[::-1]).max())
+    surfaces = _surfaces(env, float(traces[:, 2].max()) + _ABOVE_PATHS * side)
+    region = region_about(corners, robot.bounds, surfaces)
     cut = [region.cropped(surface) for surface in surfaces]
-    looked_at = moving.mean(axis=1)[:: len(moving) // _LOOKED_AT + 1]
-    view = most_telling(looked_at, traces, np.concatenate([np.zeros((0, 3, 3)), *cut]))
-    still = [_layer(view, surface, _GREY, _OBSTACLE_OPACITY) for surface in cut]
-    still.append(_layer(view, arm.base, _BASE, 1.0))
+    view, opacity = CUT_OPEN, 1.0
+    if env.rooms is None:
+        looked_at = moving.mean(axis=1)[:: len(moving) // _LOOKED_AT + 1]
+        view = most_telling(looked_at, traces, np.concatenate([np.zeros((0, 3, 3)), *cut]))
+        opacity = _OBSTACLE_OPACITY
+    still = [_layer(view, surface, _GREY, opacity) for surface in cut]
+    still.append(_layer(view, robot.still, _BASE, 1.0))
     flat = np.concatenate([view(corners), *(layer.triangles.reshape(-1, 3) for layer in still)])
-    lower, upper = flat[:, :2].min(axis=0) - _BORDER, flat[:, :2].max(axis=0) + _BORDER
+    border = _BORDER * side
+    lower, upper = flat[:, :2].min(axis=0) - border, flat[:, :2].max(axis=0) + border
     wide, high = upper - lower
     missing = np.array([max(high / _TALLEST - wide, 0.0), max(wide * _FLATTEST - high, 0.0)])
-    return _Stage(arm, still, view, lower - missing / 2, upper + missing / 2)
+    return _Stage(env, robot, side, still, view, lower - missing / 2, upper + missing / 2)
+
+
+def _surfaces(env: Environment, height: float) -> list[Array]:
+    """Those of the obstacles that are to be seen, (n, 3, 3) each; of buildings up to a height."""
+    surfaces = [triangles_of([obstacle]) for obstacle in env.obstacles]
+    if env.rooms is not None:
+        surfaces = [faces[seen_when_cut_open(env.rooms, faces, height)] for faces in surfaces]
+    return [surface for surface in surfaces if len(surface)]
 
 
 def _layer(view: Projection, triangles: Array, colour: str, opacity: float) -> Layer:
@@ -143,15 +172,15 @@ def _layer(view: Projection, triangles: Array, colour: str, opacity: float) -> L
 
 
 def _draw_panel(axes: Axes, stage: _Stage, panel: _Panel) -> None:
-    arm = []
-    for n, (q, colour, opacity) in enumerate(_postures(panel)):
+    robot = []
+    for n, (q, colour, opacity) in enumerate(_postures(stage.env, panel)):
         # Links that turn in place share their surface in several postures: the last is in front.
-        nearer = n * _TIE * stage.view.axes[2]
-        arm.append(_layer(stage.view, stage.arm.triangles(q) + nearer, colour, opacity))
+        nearer = n * _TIE * stage.side * stage.view.axes[2]
+        robot.append(_layer(stage.view, stage.robot.triangles(q) + nearer, colour, opacity))
     wide, high = stage.upper - stage.lower
     pixel = wide / (_INCHES * _PIXELS_PER_INCH)
     picture = paint(
-        [*stage.still, *arm], stage.lower, pixel, (int(high / pixel), int(wide / pixel))
+        [*stage.still, *robot], stage.lower, pixel, (int(high / pixel), int(wide / pixel))
     )
     (left, bottom), (right, top) = stage.lower, stage.upper
     axes.imshow(picture, extent=(left, right, bottom, top))
@@ -162,13 +191,13 @@ def _draw_panel(axes: Axes, stage: _Stage, panel: _Panel) -> None:
         axes.set_title(panel.title, bbox=chip, fontsize=11)
 
 
-def _postures(panel: _Panel) -> list[tuple[Array, str, float]]:
+def _postures(env: Environment, panel: _Panel) -> list[tuple[Array, str, float]]:
     """Configurations (d,) to draw, each with its colour and opacity."""
     if panel.path is None:
         return []
     if len(panel.path) == 1:
         return [(panel.path[0], panel.colour, 1.0)]
-    between = along(panel.path, np.linspace(0, 1, _GHOSTS + 2)[1:-1])
+    between = along(env.space, panel.path, np.linspace(0, 1, _GHOSTS + 2)[1:-1])
     fading = np.linspace(*_GHOST_OPACITY, _GHOSTS)
     return [
         *((q, panel.colour, float(o)) for q, o in zip(between, fading, strict=True)),
@@ -178,33 +207,33 @@ def _postures(panel: _Panel) -> list[tuple[Array, str, float]]:
 
 
 def _draw_trace(axes: Axes, stage: _Stage, panel: _Panel, path: Array) -> None:
-    """The way of the tool's tip."""
-    tips = stage.arm.tips(along(path, np.linspace(0, 1, _TRACE_POINTS)))
+    """The ways of the points that are traced."""
     style = (0, (4, 2)) if panel.refused else "-"
     halo = [Stroke(linewidth=3.4, foreground="white", alpha=0.8), Normal()]
-    flat = stage.view(tips)[:, :2]
-    axes.plot(*flat.T, linestyle=style, color=panel.colour, linewidth=1.8, path_effects=halo)
-    for end, colour in ((flat[0], _START), (flat[-1], _GOAL)):
-        axes.plot(*end, "o", color=colour, markeredgecolor="white", markersize=6)
+    for way in stage.trace(path, _TRACE_POINTS):
+        flat = stage.view(way)[:, :2]
+        axes.plot(*flat.T, linestyle=style, color=panel.colour, linewidth=1.8, path_effects=halo)
+        for end, colour in ((flat[0], _START), (flat[-1], _GOAL)):
+            axes.plot(*end, "o", color=colour, markeredgecolor="white", markersize=6)
 
 
 def _draw_scale(axes: Axes, stage: _Stage) -> None:
-    """A length in metres, which holds across the line of sight, in the left lower corner."""
-    wide = stage.upper[0] - stage.lower[0]
-    length = max(x for x in _SCALES if x <= max(_SCALE_SHARE * wide, _SCALES[0]))
-    x, y = stage.lower + _BORDER
+    """A length, which holds across the line of sight, in the left lower corner."""
+    most = _SCALE_SHARE * (stage.upper[0] - stage.lower[0])
+    decade = 10.0 ** math.floor(math.log10(most))
+    length = max(decade * x for x in _SCALES if decade * x <= most * (1 + 1e-9))
+    x, y = stage.lower + _BORDER * stage.side
     axes.plot([x, x + length], [y, y], "|-", color="black", linewidth=1, markersize=6)
-    axes.annotate(
-        f"{length:g} m", (x + length / 2, y), (0, 4), textcoords="offset points", ha="center"
-    )
+    text = f"{length:g} {stage.env.units['workspace']}"
+    axes.annotate(text, (x + length / 2, y), (0, 4), textcoords="offset points", ha="center")
 
 
-def _draw_legend(figure: Figure, refused: bool) -> None:
+def _draw_legend(figure: Figure, followed: str, refused: bool) -> None:
     keys = [
         Patch(color=_START, label="start"),
         Patch(color=_GOAL, label="goal"),
         Patch(color="tab:gray", alpha=0.4, label="on the way"),
-        Line2D([], [], color="tab:gray", linewidth=1.8, label="tip of the tool"),
+        Line2D([], [], color="tab:gray", linewidth=1.8, label=followed),
     ]
     if refused:
         dashed = Line2D([], [], color="tab:gray", linestyle="--", label="refused by the judge")
