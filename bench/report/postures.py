@@ -40,14 +40,20 @@ def along(space: Space, path: Array, shares: Array) -> Array:
 
 
 def drawable(env: Environment, path: Array) -> bool:
-    """Whether an array is a path of this environment that is anywhere near its bounds."""
+    """Whether an array is a path of this environment that is anywhere near its bounds, and of
+    which quaternions are rotations."""
     if path.ndim != 2 or len(path) == 0 or path.shape[1] != env.space.size:
         return False
+    sizes = [part.size for part in env.space.parts]
+    numbers = np.split(path, np.cumsum(sizes)[:-1], axis=1)
+    rotate = all(
+        part.contains(own).all()
+        for part, own in zip(env.space.parts, numbers, strict=True)
+        if part.size > part.dimension
+    )
     # Not a number is nowhere.
-    if not (np.abs(path - env.lower) <= _FAR_OUT * (env.upper - env.lower)).all():
-        return False
-    with np.errstate(all="ignore"):  # a quaternion of zeros is no rotation
-        return bool(np.isfinite(env.robot.trace(path)).all())
+    near = np.abs(path - env.lower) <= _FAR_OUT * (env.upper - env.lower)
+    return rotate and bool(near.all())
 
 
 def free_posture(env: Environment) -> Array:

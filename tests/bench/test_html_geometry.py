@@ -10,6 +10,7 @@ import pytest
 from html_reports import unpacked
 from hypothesis import given
 from hypothesis import strategies as st
+from turning_cubes import Plane
 
 import envs
 from bench.report.html.geometry import (
@@ -24,6 +25,7 @@ from bench.report.html.geometry import (
 from bench.report.postures import RobotShape, along, drawable, triangles_of
 from envs import Environment
 from envs.collision.shapes import Box
+from envs.spaces import Coordinates, Rotations, Space
 
 
 @given(
@@ -99,6 +101,18 @@ def test_arrays_that_are_no_paths_of_the_environment_are_not_drawn(c3d: Environm
     assert drawable(c3d, np.zeros((2, 3)))
     for bad in (np.zeros((2, 4)), np.zeros((0, 3)), np.full((2, 3), np.nan), np.full((2, 3), 1e9)):
         assert not drawable(c3d, bad)
+
+
+def test_quaternions_of_a_drawn_path_are_rotations() -> None:
+    class Free(Plane):
+        space = Space([Coordinates([-4] * 3, [4] * 3), Rotations()])
+        lower = np.array([-4.0] * 3 + [-1.0] * 4)
+        upper = -lower
+
+    upright = np.array([[0, 0, 0, 0, 0, 0, 1.0], [9, 9, 9, 0, 0, 1, 0]])
+    assert drawable(Free(), upright), "somewhat out of bounds"
+    assert not drawable(Free(), np.zeros((2, 7)))
+    assert not drawable(Free(), upright * [[1], [np.nan]])
 
 
 def test_an_arm_is_drawn_where_it_is_along_the_path() -> None:

@@ -11,29 +11,28 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+import trimesh
 import turning_cubes
 from conftest import Cli
-from html_reports import unpacked
-from records import recorded, row
+from html_reports import ACROSS, run_in_cubes, unpacked
 
 import envs
 from bench.analysis.run_results import RunResults
 from bench.paper.experiment import Place
 from bench.paper.figures import Paths
-from bench.report.html.geometry import POSTURES
+from bench.report.chosen_paths import Shown
+from bench.report.html.geometry import POSTURES, Scene
 from bench.report.html.page import text
 from bench.report.html.problems import columns, problem_sets_of, problems_data
-from bench.report.postures import RobotShape, free_posture
+from bench.report.postures import RobotShape, free_posture, triangles_of
+from bench.report.projection import seen_when_cut_open
+from bench.report.scene import draw
 from envs import Environment, Spec
+from envs.collision.fcl_model import Allowed
+from envs.collision.shapes import Mesh
 from envs.problem import Array
 
 PI = np.pi
-
-ACROSS = np.array([[-1.0, 0.0, 3.0], [1.0, 0.0, -3.0]])
-"""Turns by 0.28 across pi, and is free."""
-
-THROUGH = np.array([[-3.0, 3.0, 0.0], [3.0, 3.0, 0.0]])
-"""Both cubes go through the obstacle."""
 
 
 @pytest.fixture
@@ -47,17 +46,6 @@ def cubes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Environme
     yield envs.make("cubes")
     envs.REGISTRY.unregister("cubes")
     del sys.modules["cubes"]
-
-
-def run_in(world: Environment) -> RunResults:
-    there = {"env": "cubes", "env_fingerprint": world.fingerprint, "solve_s": 1.0}
-    return recorded(
-        [
-            row("good", 0, "VALID", path=ACROSS, length=2.0, **there),
-            row("bad", 1, "COLLISION", path=THROUGH, **there),
-            row("odd", 0, "MALFORMED", path=np.zeros((2, 5)), **there),
-        ]
-    )
 
 
 def corners(side: float, middle: Array, turn: float) -> Array:
@@ -89,7 +77,7 @@ def test_a_figure_draws_a_panel_a_planner(cubes: Environment, tmp_path: Path) ->
     @dataclass(frozen=True)
     class Measured(Place):
         def measured(self, name: str) -> RunResults:
-            return run_in(cubes)
+            return run_in_cubes(cubes)
 
     names = ("good", "odd")
     figure = Paths(
@@ -116,7 +104,7 @@ def test_its_surface_is_where_its_poses_put_it(cubes: Environment) -> None:
 
 
 def test_the_report_shows_it(cubes: Environment) -> None:
-    run = run_in(cubes)
+    run = run_in_cubes(cubes)
     [problem_set] = problem_sets_of(run)
     data = problems_data(problem_set, columns(run))
     scene, [good, odd] = data["scene"], data["problems"][0]["attempts"]
@@ -141,3 +129,29 @@ def test_the_report_shows_it(cubes: Environment) -> None:
     assert len(bad["contact"]["drawn"]["curves"]) == 2
     assert 0 < bad["contact"]["share"] < 0.5
     assert "The scene cannot be shown" not in text(run)
+
+
+class Indoors(turning_cubes.Plane):
+    """In a hall, whose mesh is seen from within."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        hall = trimesh.creation.box((12.0, 12.0, 3.0))
+        self.obstacles = [Mesh(hall.vertices, hall.faces[:, ::-1])]  # type: ignore[list-item]
+
+    @property
+    def rooms(self) -> Allowed:
+        return lambda points: (np.abs(points) < [6.0, 6.0, 1.5]).all(axis=1)
+
+
+def test_buildings_about_it_are_cut_open(tmp_path: Path) -> None:
+    world = Indoors()
+    faces = triangles_of(world.obstacles)
+    seen = faces[seen_when_cut_open(world.rooms, faces, np.inf)]
+    assert len(seen) == 6, "the floor, and two of the walls"
+    assert (seen.mean(axis=1)[:, 2] < 1.4).all()
+    data = Scene(world).data()
+    assert data["enclosed"]
+    assert data["meshes"][0]["many"] == 10, "without the ceiling"
+    draw(world, "hall", Shown(0, {"p": ACROSS}, frozenset()), tmp_path / "hall.png")
+    assert blue_pixels(tmp_path / "hall.png") > 500

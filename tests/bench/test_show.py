@@ -83,3 +83,13 @@ def test_a_room_of_boxes_is_drawn_seen_through(tmp_path: Path) -> None:
     assert not data["enclosed"]
     assert data["meshes"][0]["many"] == 72
     assert scene.drawn(path)["curves"]
+
+
+def test_what_is_no_path_is_left_out(tmp_path: Path) -> None:
+    path = np.array([[-5.0, 0, 0], [5, 5, 5]])
+    odd = {"wide": np.zeros((2, 5)), "far": path * 1e9, "none": path * np.nan}
+    for name, paths in (("some", {**odd, "fmm": path}), ("alone", {"fmm": path}), ("odd", odd)):
+        draw(Room(), "room", Shown(0, paths, frozenset()), tmp_path / f"{name}.png")
+    some, alone, none = (imread(tmp_path / f"{name}.png") for name in ("some", "alone", "odd"))
+    assert (some == alone).all()
+    assert (some != none).any()
