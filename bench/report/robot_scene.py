@@ -29,6 +29,8 @@ from bench.report.projection import (
 )
 from bench.report.raster import Layer, paint
 from envs import Environment
+from envs.collision.fcl_model import Allowed
+from envs.collision.shapes import Obstacle
 from envs.problem import Array
 
 _START, _GOAL, _ALONE = "#34507a", "#1f8a5b", "#3b6ea5"
@@ -141,30 +143,41 @@ def _stage(env: Environment, paths: Sequence[Array]) -> _Stage:
     traces = env.robot.trace(np.concatenate(ways)).reshape(-1, 3)
     corners = np.concatenate([moving.reshape(-1, 3), robot.still.reshape(-1, 3), traces])
     side = float(np.subtract(*robot.bounds[::-1]).max())
-    surfaces = _surfaces(env, float(traces[:, 2].max()) + _ABOVE_PATHS * side)
-    region = region_about(corners, robot.bounds, surfaces)
-    cut = [region.cropped(surface) for surface in surfaces]
-    view, opacity = CUT_OPEN, 1.0
     if env.rooms is None:
+        surfaces = _about(env, robot, corners)
         looked_at = moving.mean(axis=1)[:: len(moving) // _LOOKED_AT + 1]
-        view = most_telling(looked_at, traces, np.concatenate([np.zeros((0, 3, 3)), *cut]))
+        view = most_telling(looked_at, traces, np.concatenate([np.zeros((0, 3, 3)), *surfaces]))
         opacity = _OBSTACLE_OPACITY
-    still = [_layer(view, surface, _GREY, opacity) for surface in cut]
+    else:
+        height = float(traces[:, 2].max()) + _ABOVE_PATHS * side
+        surfaces = _cut_open(env.rooms, env.obstacles, height)
+        view, opacity = CUT_OPEN, 1.0
+    still = [_layer(view, surface, _GREY, opacity) for surface in surfaces]
     still.append(_layer(view, robot.still, _BASE, 1.0))
     flat = np.concatenate([view(corners), *(layer.triangles.reshape(-1, 3) for layer in still)])
-    border = _BORDER * side
-    lower, upper = flat[:, :2].min(axis=0) - border, flat[:, :2].max(axis=0) + border
+    lower, upper = _framed(flat[:, :2], _BORDER * side)
+    return _Stage(env, robot, side, still, view, lower, upper)
+
+
+def _about(env: Environment, robot: RobotShape, corners: Array) -> list[Array]:
+    """The surfaces (n, 3, 3) of the obstacles, as far as they are near what is drawn (m, 3)."""
+    surfaces = [triangles_of([obstacle]) for obstacle in env.obstacles]
+    region = region_about(corners, robot.bounds, surfaces)
+    return [region.cropped(surface) for surface in surfaces]
+
+
+def _cut_open(rooms: Allowed, obstacles: Sequence[Obstacle], height: float) -> list[Array]:
+    """The surfaces (n, 3, 3) of a building, up to a height."""
+    surfaces = [triangles_of([obstacle]) for obstacle in obstacles]
+    return [faces[seen_when_cut_open(rooms, faces, height)] for faces in surfaces]
+
+
+def _framed(flat: Array, border: float) -> tuple[Array, Array]:
+    """Corners (2,) of a picture about points (n, 2), neither too tall nor too flat."""
+    lower, upper = flat.min(axis=0) - border, flat.max(axis=0) + border
     wide, high = upper - lower
     missing = np.array([max(high / _TALLEST - wide, 0.0), max(wide * _FLATTEST - high, 0.0)])
-    return _Stage(env, robot, side, still, view, lower - missing / 2, upper + missing / 2)
-
-
-def _surfaces(env: Environment, height: float) -> list[Array]:
-    """Those of the obstacles that are to be seen, (n, 3, 3) each; of buildings up to a height."""
-    surfaces = [triangles_of([obstacle]) for obstacle in env.obstacles]
-    if env.rooms is not None:
-        surfaces = [faces[seen_when_cut_open(env.rooms, faces, height)] for faces in surfaces]
-    return [surface for surface in surfaces if len(surface)]
+    return lower - missing / 2, upper + missing / 2
 
 
 def _layer(view: Projection, triangles: Array, colour: str, opacity: float) -> Layer:
@@ -238,4 +251,5 @@ def _draw_legend(figure: Figure, followed: str, refused: bool) -> None:
     if refused:
         dashed = Line2D([], [], color="tab:gray", linestyle="--", label="refused by the judge")
         keys.append(dashed)
-    figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), frameon=False)
+    ncols = len(keys) if figure.get_figwidth() > _INCHES else 2
+    figure.legend(handles=keys, loc="outside lower center", ncols=ncols, frameon=False)

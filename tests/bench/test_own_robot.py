@@ -155,3 +155,6 @@ def test_buildings_about_it_are_cut_open(tmp_path: Path) -> None:
     assert data["meshes"][0]["many"] == 10, "without the ceiling"
     draw(world, "hall", Shown(0, {"p": ACROSS}, frozenset()), tmp_path / "hall.png")
     assert blue_pixels(tmp_path / "hall.png") > 500
+    pixels = matplotlib.image.imread(tmp_path / "hall.png")[:, :, :3]
+    floor = (np.ptp(pixels, axis=2) < 0.1) & (pixels.max(axis=2) < 0.9)
+    assert floor.mean() > 0.2, "seen whole, and not through"
