@@ -150,7 +150,7 @@ class _Surroundings:
     @staticmethod
     def of(env: Environment) -> _Surroundings:
         # No generator of numpy's global state, which the planner may use.
-        q = np.random.default_rng(0).uniform(env.lower, env.upper, (_PROBES, env.dimension))
+        q = env.space.sample(np.random.default_rng(0), _PROBES)
         return _Surroundings(env.fingerprint, env.clearance(q))
 
     def changes(self, now: _Surroundings) -> list[str]:

@@ -218,7 +218,7 @@ def _first_solutions(problems: Iterable[Problem]) -> list[_Question]:
 
 def _blocked(world: Environment, problem: Problem) -> list[_Question]:
     """The problem with a goal in the midst of an obstacle, if there is such a place."""
-    q = np.random.default_rng(_SEED).uniform(world.lower, world.upper, (_PLACES, world.dimension))
+    q = world.space.sample(np.random.default_rng(_SEED), _PLACES)
     clearance = world.clearance(q)
     deepest = int(np.argmin(clearance))
     if clearance[deepest] >= 0:
