@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from envs.collision import continuous as batched
 from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
+from envs.collision.primitive_sdf import SceneArrays
 from envs.collision.shapes import Obstacle, Robot
 from envs.problem import Array, Problem
 from envs.spaces import Coordinates, Space
@@ -24,6 +25,18 @@ from envs.speed_model import SpeedModel
 _FINEST = 2e-5
 """The least tolerance, by the extent of a scene: what the judge asks to decide on a segment grows
 with the inverse of this."""
+
+
+class LinkGeometry(NamedTuple):
+    """The links of a robot and the obstacles, as compiled code sees them.
+
+    Attributes:
+        robot: `envs.robots.arm.RobotArrays`: joints, and spheres that cover the links.
+        scene: the obstacles.
+    """
+
+    robot: Any
+    scene: SceneArrays
 
 
 class Environment(ABC):
@@ -50,6 +63,7 @@ class Environment(ABC):
         speed_model: `SpeedModel`, equation 3 with this environment's constants.
         units: mapping of str, what tables call the units of a "configuration" and of lengths in the
             "workspace".
+        trace_label: str, what pictures call the points that `Robot.trace` follows.
 
     Example:
         >>> import envs
@@ -69,6 +83,7 @@ class Environment(ABC):
     obstacles: Sequence[Obstacle]
     speed_model: SpeedModel
     units: Mapping[str, str] = MappingProxyType({"configuration": "units", "workspace": "units"})
+    trace_label: str = "middle of the robot"
 
     @property
     def velocity_limits(self) -> Array | None:
@@ -124,6 +139,31 @@ class Environment(ABC):
         """Whether free space is the inside of rooms, where thin walls part places that are close
         together; by default not."""
         return False
+
+    @property
+    def is_point_robot(self) -> bool:
+        """Whether the robot is a point, or a ball, at the position (3,) in the workspace that its
+        configuration is; by default not. Then a curve tells all of a path, and learners may look
+        about a configuration among the obstacles."""
+        return False
+
+    @property
+    def rooms(self) -> Allowed | None:
+        """Where in the workspace the rooms of a building are, (n, 3) -> (n,) of bool; by default
+        None: there are none, or it is not known. Pictures cut buildings open by this."""
+        return None
+
+    @property
+    def scenery(self) -> Sequence[Obstacle]:
+        """Shapes in the workspace frame that pictures show and that nothing collides with, such
+        as what a robot stands on; by default none."""
+        return ()
+
+    @property
+    def link_geometry(self) -> LinkGeometry | None:
+        """What learners need that are told where each link is and how near to obstacles; by
+        default None, and they are told the configuration alone."""
+        return None
 
     @abstractmethod
     def clearance(self, q: Array) -> Array:

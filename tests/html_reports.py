@@ -43,6 +43,26 @@ def run_in_c3d(c3d: Environment, *rows: dict[str, Any]) -> RunResults:
     return recorded(made, envs=[{"id": "c3d", "fingerprint": here}])
 
 
+ACROSS = np.array([[-1.0, 0.0, 3.0], [1.0, 0.0, -3.0]])
+"""Turns by 0.28 across pi, and is free."""
+
+THROUGH = np.array([[-3.0, 3.0, 0.0], [3.0, 3.0, 0.0]])
+"""Both cubes go through the obstacle."""
+
+
+def run_in_cubes(world: Environment) -> RunResults:
+    """In `turning_cubes.Plane`, which is registered as "cubes": a path in a problem, another that
+    collides in the next, and one that is none."""
+    there = {"env": "cubes", "env_fingerprint": world.fingerprint, "solve_s": 1.0}
+    return recorded(
+        [
+            row("good", 0, "VALID", path=ACROSS, length=2.0, **there),
+            row("bad", 1, "COLLISION", path=THROUGH, **there),
+            row("odd", 0, "MALFORMED", path=np.zeros((2, 5)), **there),
+        ]
+    )
+
+
 def wandering_path(
     world: Environment, problem: int, draw: np.random.Generator, waypoints: int
 ) -> Array:

@@ -20,7 +20,6 @@ from bench.execution import weights_manager
 from bench.execution.config import check_range, make_run_config, on_device
 from bench.report import comparison_text, markdown, regression_text, writers
 from envs import InputError
-from envs.scenes.arm_world import ArmWorld
 
 DONE, REGRESSION, NOTHING_MEASURED = 0, 1, 3
 FAILED = DIFFERENT = 1
@@ -135,19 +134,16 @@ def _tell(text: str, chosen: SimpleNamespace) -> None:
 def show(chosen: SimpleNamespace) -> int:
     """`bench show`."""
     # Matplotlib takes a second, which only this command needs.
-    from bench.report import arm_scene, scene
+    from bench.report import chosen_paths, scene
 
     env = envs.REGISTRY.entry(chosen.env)
     world = env.make()
     shown = None
     if chosen.paths is not None:
         records = RunResults.read(chosen.paths).records
-        records = scene.of_planners(records, chosen.planners, chosen.paths)
-        shown = scene.paths_of_problem(records, world.fingerprint, chosen.problem)
-    if isinstance(world, ArmWorld):
-        arm_scene.draw(world, env.id, shown, chosen.out)
-    else:
-        scene.draw(world, env.id, shown, chosen.out)
+        records = chosen_paths.of_planners(records, chosen.planners, chosen.paths)
+        shown = chosen_paths.paths_of_problem(records, world.fingerprint, chosen.problem)
+    scene.draw(world, env.id, shown, chosen.out)
     return DONE
 
 

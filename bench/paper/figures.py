@@ -12,9 +12,8 @@ import envs
 import planners
 from bench.execution import weights_manager
 from bench.paper.experiment import Experiment, Place, Section, Table
-from bench.report import arm_scene, field, formatting, scene
+from bench.report import chosen_paths, field, formatting, scene
 from bench.report.field import Slice, Strip
-from envs.scenes.arm_world import ArmWorld
 
 logger = logging.getLogger(__name__)
 
@@ -83,10 +82,7 @@ class Paths(Experiment):
         world, picture = entry.make(), place.out / f"{self.name}.png"
         records = place.measured(self.of).records
         wanted = records["planner"].isin(self.planners)
-        shown = scene.paths_of_problem(records[wanted], world.fingerprint, self.problem)
-        if isinstance(world, ArmWorld):
-            arm_scene.draw(world, entry.id, shown, picture)
-        else:
-            scene.draw(world, entry.id, shown, picture)
+        shown = chosen_paths.paths_of_problem(records[wanted], world.fingerprint, self.problem)
+        scene.draw(world, entry.id, shown, picture)
         how = f"Problem {shown.problem} of `{self.of}`; dashed is what the judge refused."
         return Section(self.name, self.heading, self.caption(how), picture=picture)

@@ -13,10 +13,8 @@ import trimesh
 from numpy.typing import NDArray
 
 from bench.report import raster
-from envs import Environment
 from envs.collision.fcl_model import Allowed
 from envs.problem import Array
-from envs.robots.arm import Arm
 
 _ELEVATIONS = (24, 40)
 _AZIMUTHS = range(-180, 180, 15)
@@ -79,10 +77,10 @@ def _share_seen(points: Array, obstacles: Array) -> float:
 
 
 _MARGIN = 0.06
-"""About what is drawn whole, in metres."""
+"""About what is drawn whole, by the robot's reach."""
 
 _WHOLE = 1.5
-"""The largest obstacles that are drawn whole, by the arm's reach."""
+"""The largest obstacles that are drawn whole, by the robot's reach."""
 
 _SIDES = 48
 """Of the prism that stands for a cylinder."""
@@ -91,7 +89,7 @@ _SIDES = 48
 @dataclass(frozen=True)
 class Region:
     """The upright cylinder of which the inside is drawn: `middle` (2,), `radius`, and from where
-    up to where, in metres."""
+    up to where, in workspace units."""
 
     middle: Array
     radius: float
@@ -110,40 +108,46 @@ class Region:
         return np.asarray(mesh.slice_plane(planes, np.concatenate([-out, up, -up])).triangles)
 
 
-def region_about(drawn: Array, arm: Arm, surfaces: Sequence[Array]) -> Region:
+def region_about(drawn: Array, bounds: tuple[Array, Array], surfaces: Sequence[Array]) -> Region:
     """What holds points (n, 3), and whole those of the obstacles within reach that are not much
-    larger, as tables, floors and rooms are."""
-    reach = float(arm.arrays.reach.max())
-    at = arm.chain.joints[0].origin[:3, 3]
+    larger, as tables, floors and rooms are. `bounds` are corners (3,) of a box about where the
+    robot comes to, whose longest side is twice its reach."""
+    lower, upper = bounds
+    reach = float((upper - lower).max()) / 2
     held = [drawn]
     for corners in (surface.reshape(-1, 3) for surface in surfaces):
         low, high = corners.min(axis=0), corners.max(axis=0)
-        near = np.linalg.norm(np.clip(at, low, high) - at) < reach
+        near = ((low < upper) & (high > lower)).all()
         if near and (high - low).max() < _WHOLE * reach:
             held.append(corners)
     points = np.concatenate(held)
     low, high = points.min(axis=0), points.max(axis=0)
-    middle = (low + high)[:2] / 2
-    radius = float(np.linalg.norm(points[:, :2] - middle, axis=1).max()) + _MARGIN
-    return Region(middle, radius, float(low[2]) - _MARGIN, float(high[2]) + _MARGIN)
+    middle, margin = (low + high)[:2] / 2, _MARGIN * reach
+    radius = float(np.linalg.norm(points[:, :2] - middle, axis=1).max()) + margin
+    return Region(middle, radius, float(low[2]) - margin, float(high[2]) + margin)
 
+
+CUT_OPEN = Projection(52, -68)
+"""From where one sees into buildings that are cut open."""
 
 _FREE_SIDE = 1e-2  # how far from a face its free side is looked for, in workspace units
 
 
-def interior(env: Environment) -> Allowed | None:
-    """Which places are within the rooms of a building; None where obstacles enclose no free space,
-    or no more than clearances say what is free, as among boxes that are walls. Those are seen
-    through instead."""
-    outside = np.asarray(env.upper)[None] + 1.0
-    return None if env.allowed is None or env.allowed(outside)[0] else env.allowed
+def seen_when_cut_open(rooms: Allowed, faces: Array, height: float) -> NDArray[np.int64]:
+    """Which of the faces (n, 3, 3) of a building are seen with its ceilings and near walls taken
+    off: indices of those whose free side faces the eye, up to a height. `rooms` is as of
+    `Environment.rooms`."""
+    normals, before, behind = faced(rooms, faces)
+    toward = normals @ CUT_OPEN.axes[2]
+    seen = (before & (toward > 0)) | (behind & (toward < 0))
+    return np.flatnonzero(seen & (faces.mean(axis=1)[:, 2] < height))
 
 
-def faced(within: Allowed, faces: Array) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+def faced(rooms: Allowed, faces: Array) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Of faces (n, 3, 3) of a building the unit normals (n, 3), and whether what is before and
     behind each, where its normal points and elsewhere, is within the rooms, (n,) of bool."""
     normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     middles = faces.mean(axis=1)
-    before, behind = (within(middles + side * _FREE_SIDE * normals) for side in (1, -1))
+    before, behind = (rooms(middles + side * _FREE_SIDE * normals) for side in (1, -1))
     return normals, before, behind

@@ -18,6 +18,7 @@ from envs.compiled import njit_cached
 from envs.problem import Array
 from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs, poses_of
 from envs.robots.chain import Chain, ChainArrays, body_poses
+from envs.robots.tip_and_stand import tip_of
 
 SLACK = 0.008
 """About how far, in metres, the spheres that cover links reach out of their sides."""
@@ -148,6 +149,17 @@ class Arm:
         found = np.empty((len(self.parts), 3, 4))
         _part_poses(self.arrays, q, found)
         return tuple((pose[:, :3], pose[:, 3]) for pose in found)
+
+    def trace(self, q: Array) -> Array:
+        """The tip of the tool; see `tip_and_stand`."""
+        last = self.chain.forward(q)[:, -1]
+        found: Array = last[:, :3, :3] @ self._tip + last[:, :3, 3]
+        return found[:, None]
+
+    @cached_property
+    def _tip(self) -> Array:
+        last = self.chain.links[-1]
+        return tip_of(last, [part.placed for part in self.parts if part.body == last.body])
 
     def body_poses(self, q: Array) -> Array:
         """The poses (1 + d, 3, 4) of its bodies at a configuration (d,)."""

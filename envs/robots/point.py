@@ -38,3 +38,7 @@ class PointRobot:
     def motion_bound(self, a: Array, b: Array) -> float:
         step = b - a
         return float(np.sqrt(step @ step))
+
+    def trace(self, q: Array) -> Array:
+        """Its middle."""
+        return np.asarray(q, dtype=np.float64)[:, None]

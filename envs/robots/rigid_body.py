@@ -185,6 +185,9 @@ class RigidBody:
         moved, turned = self.placement.speeds(a, b)
         return moved + turned * self.radius
 
+    def trace(self, q: Array) -> Array:
+        return self.placement.positions(q)[:, None]
+
     def placed(self, points: Array, q: Array) -> Array:
         """Where points (m, 3) of the body's frame are, (n, m, 3), at configurations (n, size)."""
         turned = points @ np.swapaxes(self.placement.rotations(q), 1, 2)

@@ -15,13 +15,14 @@ from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
 from envs.collision.mesh import Containment
 from envs.collision.primitive_sdf import SceneArrays, scene_arrays
 from envs.collision.shapes import PlacedShape, rounded
-from envs.environment import Environment
+from envs.environment import Environment, LinkGeometry
 from envs.errors import InputError
 from envs.problem import Array, Problem
 from envs.robots import arm_clearance, rrt_connect
 from envs.robots.allowed_collisions import FAR
 from envs.robots.arm import SLACK, Arm, RobotArrays
 from envs.robots.arm_crowding import causes
+from envs.robots.tip_and_stand import stand
 from envs.seeding import derived_seed, stream
 from envs.speed_model import SpeedModel
 
@@ -79,6 +80,7 @@ class ArmWorld(Environment):
     min_separation = 1.0
     most_free_of_five = 5
     units = MappingProxyType({"configuration": "rad", "workspace": "m"})
+    trace_label = "tip of the tool"
 
     def __init__(
         self, arm: Arm, obstacles: Sequence[PlacedShape], kind: str, seeds: tuple[int, ...] = ()
@@ -108,6 +110,16 @@ class ArmWorld(Environment):
         reach = self.robot.extent + 2 * _D_MAX
         at = self.robot.chain.joints[0].origin[:3, 3]
         return scene_arrays(self.obstacles, at - reach, at + reach)
+
+    @property
+    def link_geometry(self) -> LinkGeometry:
+        return LinkGeometry(self.robot.arrays, self.scene)
+
+    @cached_property
+    def scenery(self) -> Sequence[PlacedShape]:
+        """A stand, unless the solids of the base are there."""
+        has_base = len(self.robot.shapes) > self.robot.moving
+        return [] if has_base else stand(self.robot.chain)
 
     def clearance(self, q: Array) -> Array:
         """Distances (n,), in metres, by `CollisionModel`, one configuration (n, d) at a time; just

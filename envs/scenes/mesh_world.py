@@ -193,6 +193,10 @@ class MeshWorld(PointWorld):
         return self.kind == "interior"
 
     @property
+    def rooms(self) -> Allowed | None:
+        return self.allowed if self.is_interior else None
+
+    @property
     def free_bounds(self) -> tuple[Array, Array]:
         if self.kind != "interior":
             return self.lower, self.upper

@@ -47,6 +47,10 @@ class PointWorld(Environment):
         self.speed_model = speed_model
 
     @property
+    def is_point_robot(self) -> bool:
+        return True
+
+    @property
     def scene_seeds(self) -> tuple[int, ...]:
         """By which the problems of scenes of the same kind differ."""
         return ()

@@ -91,6 +91,8 @@ class RigidWorld(Environment):
         InputError: an argument is out of range, or the world's are.
     """
 
+    trace_label = "middle of the body"
+
     def __init__(
         self,
         body: str = "piano",
@@ -149,6 +151,10 @@ class RigidWorld(Environment):
     @property
     def is_interior(self) -> bool:
         return self.world.is_interior
+
+    @property
+    def rooms(self) -> Allowed | None:
+        return self.world.rooms
 
     @property
     def free_bounds(self) -> tuple[Array, Array]:

@@ -9,7 +9,6 @@ import torch
 from torch import Tensor
 
 from envs import Environment, InputError
-from envs.scenes.arm_world import ArmWorld
 from planners.fast_marching import default_resolution
 from planners.fields.indoor_features import CLEARANCES, RoomInputs
 from planners.fields.labels import LabelPlan
@@ -85,7 +84,6 @@ def survey(net: TimeField, seed: int) -> None:
 
 def for_arms(env: Environment) -> TimeField:
     """The network for arms, see `planners.fields.robot_features`."""
-    assert isinstance(env, ArmWorld)
     made = FieldShape(
         env.dimension,
         frequencies=0,
@@ -177,7 +175,7 @@ IN_ROOMS: dict[str, Method] = {
         survey=survey,
     ),
 }
-"""What is done otherwise in rooms."""
+"""What is done otherwise in rooms, with a point robot."""
 
 FOR_ARMS: dict[str, Method] = {
     "ntfields": Method(for_arms, LargestSubsolution, Recipe(steps=5000), expected_minutes=5.0),
@@ -188,7 +186,17 @@ FOR_ARMS: dict[str, Method] = {
         expected_minutes=6.0,
     ),
 }
-"""What is done otherwise for arms."""
+"""What is done otherwise for arms, of which an environment has `link_geometry`."""
+
+_IN_MORE_DIMENSIONS: dict[str, Method] = {
+    "ief3d": Method(
+        small(),
+        lambda: Regression(LabelPlan(resolution=None)),
+        Recipe(steps=3000),
+        expected_minutes=6.0,
+    ),
+}
+"""What is done otherwise where a grid as fine as in three dimensions would be too large."""
 
 _FOR_POINTS = ("ntfields-wenc", "ntfields-wenc-early", "ntfields-paper")
 """Methods whose learned w-space encoder looks about one point."""
@@ -196,10 +204,8 @@ _FOR_POINTS = ("ntfields-wenc", "ntfields-wenc-early", "ntfields-paper")
 
 def unsupported(name: str, env: Environment) -> str | None:
     """Why a method is not for an environment, or None if it is."""
-    if not isinstance(env, ArmWorld):
-        return None
-    if name in _FOR_POINTS:
-        return "its learned w-space encoder looks about a robot that is a point, not an arm"
+    if name in _FOR_POINTS and not env.is_point_robot:
+        return "its learned w-space encoder looks about a robot that is a point, not an arm or body"
     if name == "ief3d" and default_resolution(env.dimension) is None:
         return f"no labels by fast marching fit in {env.dimension} dimensions"
     return None
@@ -213,8 +219,11 @@ def method(name: str, env: Environment) -> Method:
     """
     if name not in METHODS:
         raise InputError(f"no time field is called {name!r}; choose from {', '.join(METHODS)}")
-    if env.is_interior and name in IN_ROOMS:
-        return IN_ROOMS[name]
-    if isinstance(env, ArmWorld) and name in FOR_ARMS:
-        return FOR_ARMS[name]
+    for fits, special in (
+        (env.is_interior and env.is_point_robot, IN_ROOMS),
+        (env.link_geometry is not None, FOR_ARMS),
+        (env.dimension > 3, _IN_MORE_DIMENSIONS),
+    ):
+        if fits and name in special:
+            return special[name]
     return METHODS[name]

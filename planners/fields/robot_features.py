@@ -1,4 +1,5 @@
-"""What a network is told about an arm's configuration, besides the joints themselves.
+"""What a network is told about an arm's configuration, besides the joints themselves, where an
+environment has `link_geometry`.
 
 Sines and cosines of the joints, where the bodies are, and how near to obstacles: a w-space
 encoding through forward kinematics, computed instead of learned. It has its derivatives by the
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from envs import Environment
 from envs.collision.gjk import at
 from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest, normal_at
 from envs.compiled import njit_cached_quick
@@ -19,7 +21,6 @@ from envs.problem import Array
 from envs.robots.arm import RobotArrays
 from envs.robots.arm_clearance import part_clearances
 from envs.robots.chain import body_poses
-from envs.scenes.arm_world import ArmWorld
 from envs.speed_model import NormalizedSpeed
 from planners.fields.computed_inputs import (
     PER_CLEARANCE,
@@ -50,10 +51,16 @@ class ArmClearanceField(NamedTuple):
     speed: NormalizedSpeed
 
     @staticmethod
-    def of(env: ArmWorld) -> ArmClearanceField:
-        """That of an environment."""
+    def of(env: Environment) -> ArmClearanceField:
+        """That of an environment.
+
+        Raises:
+            ValueError: it has no `link_geometry`.
+        """
+        if env.link_geometry is None:
+            raise ValueError("this environment has no link_geometry")
         scale, model = Normalizer.of(env), env.speed_model
-        arm, scene = env.robot.arrays, env.scene
+        arm, scene = env.link_geometry
         return ArmClearanceField(
             arm, scene, scale.middle, scale.extent, model.d_max, model.normalized
         )
@@ -62,7 +69,7 @@ class ArmClearanceField(NamedTuple):
 class ArmInputs(ComputedInputs):
     """Inputs of a network: 2 d of the joints, then 3 and 3 for each body."""
 
-    def __init__(self, env: ArmWorld) -> None:
+    def __init__(self, env: Environment) -> None:
         super().__init__()
         self._field = ArmClearanceField.of(env)
         self.size = size_of_inputs(env.dimension)

@@ -79,6 +79,8 @@ class MpnetPlanner(LearnedPlanner):
     def unsupported(self, env: Environment) -> str | None:
         if len(env.family()) < 2:
             return "it learns from demonstrations in many scenes, and this one has no family"
+        if not env.is_point_robot:
+            return "it sees obstacles in the space of configurations, as of a robot that is a point"
         if self._fallback is not None:
             return super().unsupported(env) or self._fallback.unsupported(env)
         return super().unsupported(env)

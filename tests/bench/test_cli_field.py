@@ -9,11 +9,13 @@ import pytest
 import trimesh
 from conftest import Cli, Refused
 from matplotlib.image import imread
+from turning_cubes import Plane
 
 import envs
 from bench.report import field as fields
 from bench.report.field import Field, Slice
-from envs import Environment
+from envs import Environment, InputError
+from envs.spaces import Coordinates, Part, Rotations, Space
 
 
 @pytest.fixture(autouse=True)
@@ -117,3 +119,20 @@ def test_a_file_that_is_no_image_is_refused(bench: Cli, tmp_path: Path) -> None:
     code, _, err = bench("field", "--env", "c3d", "--planners", "fmm", "--out", file)
     assert code == 2
     assert "cannot write" in err
+
+
+@pytest.mark.parametrize(
+    "parts", [[Coordinates([-4] * 3, [4] * 3), Rotations()], [Coordinates([-1], [1])]]
+)
+def test_what_has_no_two_coordinates_has_no_slice(parts: list[Part]) -> None:
+    class Other(Plane):
+        space = Space(parts)
+
+    with pytest.raises(InputError, match="the plane of the first two coordinates"):
+        Slice.through(Other())
+
+
+def test_distances_are_the_spaces() -> None:
+    where = Slice.through(Plane(), np.array([-3.0, -3.0, 3.0]))
+    assert where.distances[0] == pytest.approx(np.hypot(1, 1)), "from the lower corner"
+    assert (where.q[:, 2] == 3.0).all()

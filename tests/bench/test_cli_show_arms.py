@@ -11,17 +11,10 @@ from conftest import Cli, records_of
 
 import envs
 from bench.report import raster
-from bench.report.configurations import ArmShape, along
-from envs import Spec
+from bench.report.postures import along
 from envs.problem import Array
 from envs.scenes.arm_world import ArmWorld
-from envs.scenes.cluttered import Cluttered3D
-
-
-class Flat(Cluttered3D):
-    """Says that it is neither 3-D nor an arm's."""
-
-    dimension = 2  # type: ignore[assignment]
+from envs.spaces import Coordinates, Space
 
 
 def colours_in(file: Path) -> tuple[tuple[int, ...], int]:
@@ -101,27 +94,25 @@ def test_a_users_arm_that_holds_a_tool_without_solids(bench: Cli, tmp_path: Path
     assert colours > 1000
 
 
-def test_other_environments_are_refused(bench: Cli, tmp_path: Path) -> None:
-    envs.REGISTRY.register(Spec("flat", f"{__name__}:Flat", "a plane"))
-    try:
-        code, _, err = bench("show", "--env", "flat", "--out", tmp_path / "flat.png")
-    finally:
-        envs.REGISTRY.unregister("flat")
-    assert code == 2
-    assert "only arms and 3-D environments can be drawn, not 2-D ones" in err
-    assert not list(tmp_path.iterdir())
-
-
 def test_the_tip_and_where_it_goes() -> None:
     world = envs.make("arm6")
     assert isinstance(world, ArmWorld)
-    shape = ArmShape(world.robot)
     q = np.random.default_rng(0).uniform(world.lower, world.upper, (5, 6))
     last = world.robot.chain.forward(q)[:, -1]
-    assert shape.tips(q) == pytest.approx(last[:, :3, 3] + 0.15 * last[:, :3, 2])
+    tip = last[:, :3, 3] + 0.15 * last[:, :3, 2]
+    assert world.robot.trace(q) == pytest.approx(tip[:, None])
+
+
+def test_shares_of_a_path_are_of_its_length() -> None:
+    plane = Space([Coordinates([0, 0], [5, 5])])
     corner = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 0.0], [3.0, 1.0]])
     expected = [[0, 0], [2, 0], [3, 0], [3, 1]]
-    assert along(corner, np.array([0, 0.5, 0.75, 1])) == pytest.approx(np.array(expected))
+    found = along(plane, corner, np.array([0, 0.5, 0.75, 1]))
+    assert found == pytest.approx(np.array(expected))
+    assert (along(plane, corner[:1], np.array([0, 0.5, 1])) == corner[0]).all()
+    heading = Space([Coordinates([-np.pi], [np.pi], wraps=[True])])
+    [[half]] = along(heading, np.array([[3.0], [-3.0]]), np.array([0.5]))
+    assert abs(half) == pytest.approx(np.pi), "the short way"
 
 
 def test_surfaces_that_cross_hide_each_other_where_they_are_nearer() -> None:

@@ -15,10 +15,10 @@ from records import recorded, row
 
 from bench.analysis.run_results import RunResults
 from bench.report import formatting, html
-from bench.report.configurations import along
 from bench.report.html.overview import best_by, solved_by
 from bench.report.html.page import planner_styles, text
 from bench.report.html.problems import columns, problem_sets_of, problems_data
+from bench.report.postures import along
 from envs import Environment
 
 
@@ -117,7 +117,7 @@ def test_a_problem_that_nobody_solved_has_its_start_and_goal(c3d: Environment) -
     [problem_set] = problem_sets_of(run)
     problem = problems_data(problem_set, columns(run))["problems"][1]
     made = c3d.sample_problems(2, 0)[1]
-    assert np.allclose([problem["start"], problem["goal"]], [made.start, made.goal])
+    assert np.allclose([problem["start"], problem["goal"]], [[made.start], [made.goal]])
 
 
 def test_refused_paths_have_a_mark_and_verified_ones_have_none(c3d: Environment) -> None:
@@ -127,8 +127,9 @@ def test_refused_paths_have_a_mark_and_verified_ones_have_none(c3d: Environment)
     [problem_set] = problem_sets_of(run)
     good, bad = problems_data(problem_set, columns(run))["problems"][0]["attempts"]
     assert "contact" not in good
-    mark = unpacked(bad["contact"]["drawn"]["curve"], -1, 3)
-    assert np.allclose(mark, along(path, np.array([bad["contact"]["share"]])), atol=0.02)
+    [curve] = bad["contact"]["drawn"]["curves"]
+    mark = unpacked(curve, -1, 3)
+    assert np.allclose(mark, along(c3d.space, path, np.array([bad["contact"]["share"]])), atol=0.02)
 
 
 @pytest.mark.parametrize("env", ["c3d", "c3d:scene=-1"])

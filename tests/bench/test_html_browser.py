@@ -19,13 +19,21 @@ from html_pages import (
     sort_by,
     traces,
 )
-from html_reports import HOSTILE, PLANNERS, PROBLEMS, run_in_c3d, six_by_hundred
+from html_reports import (
+    HOSTILE,
+    PLANNERS,
+    PROBLEMS,
+    run_in_c3d,
+    run_in_cubes,
+    six_by_hundred,
+)
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 from records import row
 
+import envs
 from bench.report import html
-from envs import Environment
+from envs import Environment, Spec
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 ARGUMENTS = (
@@ -270,4 +278,23 @@ def test_names_and_errors_are_only_words(opened: Open, c3d: Environment, tmp_pat
     scene_is_drawn(page, 1)
     assert len(traces(page, "path")) == 1
     assert page.evaluate("document.hacked ?? null") is None
+    page.close()
+
+
+def test_a_robot_is_followed_at_each_of_its_points(opened: Open, tmp_path: Path) -> None:
+    envs.REGISTRY.register(Spec("cubes", "turning_cubes:Plane", "two cubes that turn in a plane"))
+    try:
+        html.write(run_in_cubes(envs.make("cubes")), tmp_path / "report.html")
+    finally:
+        envs.REGISTRY.unregister("cubes")
+    page = opened(file=tmp_path / "report.html", address="#env=cubes&problem=1")
+    scene_is_drawn(page, 1)
+    [path], [mark] = traces(page, "path"), traces(page, "collision")
+    assert path["x"] == 2 + 1 + 2, "two straight curves, and a gap"
+    assert mark["x"] == 2 * 12, "two crosses"
+    assert [one["x"] for one in traces(page, "start") + traces(page, "goal")] == [2, 2]
+    assert traces(page, "posture")[0]["x"] == 2 * 8, "two cubes"
+    assert "Lines follow the middles of the cubes." in page.locator("#problem-note").inner_text()
+    page.get_by_role("button", name="Show where it collides").click()
+    page.wait_for_function("byId('view')._fullData.some(one => one.color === COLLISION)")
     page.close()

@@ -10,22 +10,22 @@ import pytest
 from html_reports import unpacked
 from hypothesis import given
 from hypothesis import strategies as st
+from turning_cubes import Plane
 
 import envs
-from bench.report.configurations import ArmShape, along, triangles_of
 from bench.report.html.geometry import (
     POSTURES,
     TOLERANCE,
+    Scene,
     compressed,
-    drawable,
     packed,
-    scene_of,
     simplified,
     thinned,
 )
+from bench.report.postures import RobotShape, along, drawable, triangles_of
 from envs import Environment
 from envs.collision.shapes import Box
-from envs.scenes.arm_world import ArmWorld
+from envs.spaces import Coordinates, Rotations, Space
 
 
 @given(
@@ -103,11 +103,21 @@ def test_arrays_that_are_no_paths_of_the_environment_are_not_drawn(c3d: Environm
         assert not drawable(c3d, bad)
 
 
+def test_quaternions_of_a_drawn_path_are_rotations() -> None:
+    class Free(Plane):
+        space = Space([Coordinates([-4] * 3, [4] * 3), Rotations()])
+        lower = np.array([-4.0] * 3 + [-1.0] * 4)
+        upper = -lower
+
+    upright = np.array([[0, 0, 0, 0, 0, 0, 1.0], [9, 9, 9, 0, 0, 1, 0]])
+    assert drawable(Free(), upright), "somewhat out of bounds"
+    assert not drawable(Free(), np.zeros((2, 7)))
+    assert not drawable(Free(), upright * [[1], [np.nan]])
+
+
 def test_an_arm_is_drawn_where_it_is_along_the_path() -> None:
     env = envs.make("arm4")
-    assert isinstance(env, ArmWorld)
-    scene = scene_of(env)
-    assert scene is not None
+    scene = Scene(env)
     path = np.stack([env.lower / 2, env.upper / 3])
     drawn, links = scene.drawn(path), scene.data()["links"]
     poses = unpacked(drawn["postures"], POSTURES, len(links), 3, 4)
@@ -118,20 +128,19 @@ def test_an_arm_is_drawn_where_it_is_along_the_path() -> None:
             + pose[:, 3]
             for link, pose in zip(links, poses[number], strict=True)
         ]
-        true = ArmShape(env.robot).triangles(q)
+        true = RobotShape(env).triangles(q)
         assert np.allclose(np.concatenate(posed).mean(axis=0), true.mean(axis=0), atol=2e-3)
-    hand = unpacked(drawn["curve"], -1, 3)
-    ends = scene.points(path)
-    assert np.allclose(hand[[0, -1]], ends, atol=2e-3)
+    [curve] = drawn["curves"]
+    tip = unpacked(curve, -1, 3)
+    assert np.allclose(tip[[0, -1], None], scene.points(path), atol=2e-3)
 
 
 def test_a_path_is_drawn_to_the_stated_tolerance(c3d: Environment) -> None:
     turns = np.linspace(0, 6 * np.pi, 500)
     path = np.column_stack([9 * np.cos(turns), 9 * np.sin(turns), np.linspace(-9, 9, 500)])
-    scene = scene_of(c3d)
-    assert scene is not None
-    curve = unpacked(scene.drawn(path)["curve"], -1, 3)
+    [packed_curve] = Scene(c3d).drawn(path)["curves"]
+    curve = unpacked(packed_curve, -1, 3)
     assert len(curve) < 200
-    dense = along(curve, np.linspace(0, 1, 20_000))
+    dense = along(c3d.space, curve, np.linspace(0, 1, 20_000))
     off = np.array([np.linalg.norm(dense - point, axis=1).min() for point in path])
     assert off.max() <= TOLERANCE * 20 * 1.1

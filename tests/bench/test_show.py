@@ -11,8 +11,9 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
-from bench.report.html.geometry import scene_of
-from bench.report.scene import Shown, draw, of_planners
+from bench.report.chosen_paths import Shown, of_planners
+from bench.report.html.geometry import Scene
+from bench.report.scene import draw
 from envs import InputError
 from envs.collision.shapes import Box
 from envs.scenes.boxes import BoxWorld
@@ -77,9 +78,18 @@ def test_a_room_of_boxes_is_drawn_seen_through(tmp_path: Path) -> None:
     shown = Shown(0, {"fmm": path}, frozenset())
     draw(world, "room", shown, tmp_path / "room.png")
     assert len({tuple(pixel) for pixel in imread(tmp_path / "room.png").reshape(-1, 4)}) > 100
-    scene = scene_of(world)
-    assert scene is not None
+    scene = Scene(world)
     data = scene.data()
     assert not data["enclosed"]
     assert data["meshes"][0]["many"] == 72
-    assert scene.drawn(path)["curve"]
+    assert scene.drawn(path)["curves"]
+
+
+def test_what_is_no_path_is_left_out(tmp_path: Path) -> None:
+    path = np.array([[-5.0, 0, 0], [5, 5, 5]])
+    odd = {"wide": np.zeros((2, 5)), "far": path * 1e9, "none": path * np.nan}
+    for name, paths in (("some", {**odd, "fmm": path}), ("alone", {"fmm": path}), ("odd", odd)):
+        draw(Room(), "room", Shown(0, paths, frozenset()), tmp_path / f"{name}.png")
+    some, alone, none = (imread(tmp_path / f"{name}.png") for name in ("some", "alone", "odd"))
+    assert (some == alone).all()
+    assert (some != none).any()

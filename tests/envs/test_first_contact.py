@@ -8,7 +8,7 @@ from html_reports import through
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.report.configurations import along
+from bench.report.postures import along
 from envs import Environment
 from envs.collision.fcl_model import CollisionModel
 from envs.collision.first_contact import first_contact
@@ -32,9 +32,9 @@ def test_a_collision_is_marked_where_the_path_enters_a_box(c3d: Environment) -> 
     place = model.first_contact(path, 50_000)
     assert place.clearance <= model.tolerance
     shares = np.linspace(0, place.share, 2000)[:-1]
-    before = c3d.clearance(along(path, shares))
+    before = c3d.clearance(along(c3d.space, path, shares))
     assert (before > 0).all(), "nothing was touched earlier"
-    assert np.allclose(place.q, along(path, np.array([place.share]))[0])
+    assert np.allclose(place.q, along(c3d.space, path, np.array([place.share]))[0])
     assert c3d.clearance(place.q[None])[0] == pytest.approx(0, abs=2e-3)
 
 

@@ -15,6 +15,7 @@ from plotly.offline import get_plotlyjs
 
 from bench.analysis.run_results import RunResults
 from bench.report import formatting
+from bench.report.chosen_paths import colours
 from bench.report.html.geometry import TOLERANCE, compressed
 from bench.report.html.overview import (
     common_table,
@@ -25,7 +26,6 @@ from bench.report.html.overview import (
     success_table,
 )
 from bench.report.html.problems import columns, problem_sets_of, problems_data
-from bench.report.scene import colours
 
 _SCRIPTS = ("unpack.js", "tables.js", "charts.js", "scene.js", "problems.js", "report.js")
 

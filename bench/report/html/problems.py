@@ -16,7 +16,8 @@ import pandas as pd
 import envs
 from bench.analysis.run_results import RunResults
 from bench.report import formatting
-from bench.report.html.geometry import Scene, drawable, scene_of
+from bench.report.html.geometry import Scene
+from bench.report.postures import drawable
 from bench.storage.record import NOT_ATTEMPTED, Verdict, decode_path
 from envs import Environment, InputError
 from envs.collision.fcl_model import CollisionModel
@@ -121,8 +122,9 @@ def columns(run: RunResults) -> list[Column]:
 def problems_data(problem_set: ProblemSetResults, shown: Sequence[Column]) -> dict[str, Any]:
     """What the pages of a problem set's problems show.
 
-    `scene` is as of `Scene.data`, None where there is no way to show it: `why` says so then.
-    `problems` maps the number of each to its `start` and `goal` (3,), where they are known, and to
+    `scene` is as of `Scene.data`, None where it cannot be made again: `why` says so then.
+    `problems` maps the number of each to its `start` and `goal`, (k, 3) of the points that are
+    traced, where they are known, and to
     its `attempts`, each with `planner` (its number among the set's), `outcome`, `texts` (one for
     each column), `error`, and where there is a path to show `drawn` (see `Scene.drawn`), and
     of one that collides `contact`: where first, as `drawn` and as a `share` of its length.
@@ -131,12 +133,7 @@ def problems_data(problem_set: ProblemSetResults, shown: Sequence[Column]) -> di
         world = problem_set.world()
     except InputError as error:
         return _Plain(problem_set, shown).data(f"The scene cannot be shown: {error}")
-    scene = scene_of(world)
-    if scene is None:
-        return _Plain(problem_set, shown).data(
-            f"Only arms and 3-D environments can be shown, not {world.dimension}-D ones"
-        )
-    return _Shown(problem_set, shown, world, scene).data()
+    return _Shown(problem_set, shown, world).data()
 
 
 class _Plain:
@@ -174,10 +171,9 @@ class _Shown(_Plain):
         problem_set: ProblemSetResults,
         shown: Sequence[Column],
         world: Environment,
-        scene: Scene,
     ) -> None:
         super().__init__(problem_set, shown)
-        self._world, self._scene = world, scene
+        self._world, self._scene = world, Scene(world)
         self._ends = self._known_ends()
 
     def data(self, why: str = "") -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What collision checking asks of a robot."""
+"""What collision checking and pictures ask of a robot."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Pose = tuple[Array | None, Array]
 
 class Robot(Protocol):
     """The contract of a robot: rigid shapes that a configuration places. What collision checking
-    asks; `envs.robots` has a ball that translates and serial arms.
+    and pictures ask; `envs.robots` has a ball that translates and serial arms.
 
     The bounds on motion are what certified checks rest on: they may be too large, which costs
     time, and must never be too small.
@@ -27,6 +27,8 @@ class Robot(Protocol):
         [1.0, 2.0, 3.0]
         >>> robot.motion_bound(np.zeros(3), np.array([3.0, 4.0, 0.0]))
         5.0
+        >>> robot.trace(np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])).tolist()
+        [[[1.0, 2.0, 3.0]], [[4.0, 5.0, 6.0]]]
     """
 
     @property
@@ -49,7 +51,7 @@ class Robot(Protocol):
         the robot travels per unit of distance in configuration space."""
 
     def poses(self, q: Array) -> tuple[Pose, ...]:
-        """The placement of every shape.
+        """The placement of every shape. Pictures show it there by `Solid.triangulate`.
 
         Args:
             q: a configuration, float64 (d,).
@@ -69,4 +71,16 @@ class Robot(Protocol):
 
         Returns:
             The bound (float), in workspace units.
+        """
+
+    def trace(self, q: Array) -> Array:
+        """Where the points are whose ways pictures draw: the middle of a ball or of a body, the
+        tip of an arm's tool, of two arms both.
+
+        Args:
+            q: configurations, float64 (n, d).
+
+        Returns:
+            float64 (n, k, 3) in the workspace frame, of k points, at least one and always the
+            same.
         """

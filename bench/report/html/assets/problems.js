@@ -77,21 +77,21 @@ class ProblemPage {
 
   heightOfPaths() {
     const { start, goal } = this.problem;
-    const paths = this.drawn.map(({ drawn }) => columnsOf(numbersOf(drawn.curve), 3)[2]);
-    return [start[2], goal[2], ...paths.flat()].reduce((a, b) => Math.max(a, b));
+    const ends = [...start, ...goal].map(([, , z]) => z);
+    const paths = this.drawn.flatMap(({ drawn }) => curvesOf(drawn).map(([, , z]) => z));
+    return [...ends, ...paths.flat()].reduce((a, b) => Math.max(a, b));
   }
 
   /** What plotly draws. */
   traces() {
     const { scene } = this;
-    const arm = scene.links.length > 0;
     const meshes = this.cut === null ? scene.meshes : scene.meshes.map((m) => cutAt(m, this.cut));
     const look = { color: themed("--obstacle"), opacity: scene.enclosed ? 1 : 0.45, meta: "scene" };
     const shown = this.drawn.filter((attempt) => attempt.shown);
-    const followed = arm && shown.includes(this.followed) ? this.followed : null;
+    const followed = scene.links.length && shown.includes(this.followed) ? this.followed : null;
     return [
       surface(meshes, look),
-      ...(followed ? armTraces(scene, followed, followed.who, this.posture, this.touching) : []),
+      ...(followed ? robotTraces(scene, followed, followed.who, this.posture, this.touching) : []),
       ...shown.map((attempt) => pathTrace(attempt, attempt.who)),
       ...shown.filter(({ contact }) => contact).map((attempt) => markTrace(attempt, attempt.who, scene)),
       ...endTraces(this.problem),
@@ -128,7 +128,7 @@ class ProblemPage {
 
   note() {
     if (!this.scene) return this.why;
-    const way = this.scene.links.length ? "Lines are the ways of the hand. " : "";
+    const way = this.scene.links.length ? `Lines follow the ${this.scene.followed}. ` : "";
     const cross = this.drawn.some(({ contact }) => contact)
       ? "A cross marks where a path first collides; refused paths are dashed. " : "";
     const few = isSimplified(this.scene) ? "The scene is simplified for display; the judge's is not. " : "";
@@ -138,7 +138,7 @@ class ProblemPage {
 
   controls() {
     if (!this.scene) return [];
-    return [...this.cutControls(), ...(this.scene.links.length && this.followed ? this.armControls() : [])];
+    return [...this.cutControls(), ...(this.scene.links.length && this.followed ? this.robotControls() : [])];
   }
 
   cutControls() {
@@ -148,7 +148,7 @@ class ProblemPage {
     return [element("label", { for: "cut" }, "Cut open at height", range)];
   }
 
-  armControls() {
+  robotControls() {
     const options = this.drawn.map(({ who }, n) => element("option", { value: n }, who.name));
     const chosen = element("select", { id: "followed" }, ...options);
     const touch = element("button", { type: "button" }, "Show where it collides");
@@ -163,7 +163,7 @@ class ProblemPage {
     const follow = (posture) => this.change({ posture, touching: false });
     const range = slider("posture", 0, last, 1, this.posture, follow);
     return [
-      element("label", { for: "followed" }, "Arm along the path of", chosen),
+      element("label", { for: "followed" }, "Robot along the path of", chosen),
       element("label", { for: "posture" }, "from start to goal", range), touch,
     ];
   }

@@ -1,5 +1,5 @@
 "use strict";
-// A problem's scene in 3-D: obstacles, each planner's path, start and goal, collisions, arms.
+// A problem's scene in 3-D: obstacles, each planner's path, start and goal, collisions, robots.
 
 const START = "#2f6fd0";
 const GOAL = "#1f9a62";
@@ -50,7 +50,7 @@ function cutAt(mesh, height) {
   return { vertices, faces: kept };
 }
 
-/** The links of an arm in one of a path's postures, (postures, links, 3, 4) as a flat list. */
+/** The links of a robot in one of a path's postures, (postures, links, 3, 4) as a flat list. */
 function posed(links, postures, which) {
   return links.map(({ vertices, faces }, link) => {
     const pose = postures.subarray(12 * (which * links.length + link));
@@ -81,23 +81,31 @@ function symbolSizes([x, y, z]) {
   return sizes;
 }
 
+/** The coordinates of a path's curves: of a robot that is followed at several points one each. */
+const curvesOf = ({ curves }) => curves.map((curve) => columnsOf(numbersOf(curve), 3));
+
+/** Lists of values as one, in which lines break from one list to the next. */
+const joined = (lists, gap) => lists.flatMap((list, n) => (n ? [gap, ...list] : list));
+
 function pathTrace(attempt, who) {
-  const [x, y, z] = columnsOf(numbersOf(attempt.drawn.curve), 3);
+  const curves = curvesOf(attempt.drawn);
+  const [x, y, z] = [0, 1, 2].map((axis) => joined(curves.map((curve) => curve[axis]), null));
   const colour = colourOf(who);
   return {
     type: "scatter3d", mode: "lines+markers", x, y, z, name: plain(who.name), meta: "path",
     line: { color: colour, width: 6, dash: attempt.outcome === "VALID" ? "solid" : "dash" },
-    marker: { color: colour, size: symbolSizes([x, y, z]), symbol: who.symbol, line: { width: 0 } },
+    marker: { color: colour, size: joined(curves.map(symbolSizes), 0), symbol: who.symbol, line: { width: 0 } },
     hovertemplate: `${plain(who.name)} (${plain(attempt.outcome)})<extra></extra>`,
   };
 }
 
 /** A cross of lines, as fonts need not have the letters that plotly takes for one. */
 function markTrace(attempt, who, { lower, upper }) {
-  const middle = numbersOf(attempt.contact.drawn.curve);
+  const middles = attempt.contact.drawn.curves.map(numbersOf);
   const arm = MARK * Math.max(...upper.map((high, axis) => high - lower[axis]));
-  const [x, y, z] = [0, 1, 2].map((axis) => DIAGONALS.flatMap((diagonal) =>
-    [middle[axis] - arm * diagonal[axis], middle[axis] + arm * diagonal[axis], null]));
+  const [x, y, z] = [0, 1, 2].map((axis) => middles.flatMap((middle) =>
+    DIAGONALS.flatMap((diagonal) =>
+      [middle[axis] - arm * diagonal[axis], middle[axis] + arm * diagonal[axis], null])));
   return {
     type: "scatter3d", mode: "lines", x, y, z, meta: "collision",
     name: plain(`${who.name} collides`), hovertemplate: `${plain(who.name)} collides<extra></extra>`,
@@ -108,20 +116,22 @@ function markTrace(attempt, who, { lower, upper }) {
 function endTraces({ start, goal }) {
   if (!start) return [];
   return [["start", start, START, "circle"], ["goal", goal, GOAL, "diamond"]].map(
-    ([text, [x, y, z], color, symbol]) => ({
-      type: "scatter3d", mode: "markers+text", x: [x], y: [y], z: [z], text: [text], meta: text,
+    ([text, points, color, symbol]) => ({
+      type: "scatter3d", mode: "markers+text", meta: text,
+      x: points.map(([x]) => x), y: points.map(([, y]) => y), z: points.map(([, , z]) => z),
+      text: points.map(() => text),
       textposition: "top center", textfont: { color: themed("--ink"), size: 13 },
       marker: { color, size: 7, symbol, line: { color: "#fff", width: 1 } },
       hovertemplate: `${text}<extra></extra>`,
     }));
 }
 
-/** The arm at start and goal, and on the way in the posture that is chosen. */
-function armTraces(scene, attempt, who, posture, touching) {
+/** The robot at start and goal, and on the way in the posture that is chosen. */
+function robotTraces(scene, attempt, who, posture, touching) {
   const postures = numbersOf(attempt.drawn.postures);
   const last = postures.length / (12 * scene.links.length) - 1;
   const still = [[0, START], [last, GOAL]].map(([which, color]) =>
-    surface(posed(scene.links, postures, which), { color, opacity: 0.35, meta: "arm" }));
+    surface(posed(scene.links, postures, which), { color, opacity: 0.35, meta: "robot" }));
   const [there, which] = touching
     ? [numbersOf(attempt.contact.drawn.postures), 0] : [postures, posture];
   const color = touching ? COLLISION : colourOf(who);
