@@ -91,7 +91,7 @@ REGISTRY: Registry[Environment] = Registry(
     base="envs.environment:Environment",
     of_files={
         ".urdf": "an arm is arm:urdf={}",
-        **dict.fromkeys((".glb", ".obj", ".off", ".ply", ".stl"), "a mesh is mesh:file={}"),
+        **dict.fromkeys((".dae", ".glb", ".obj", ".off", ".ply", ".stl"), "a mesh is mesh:file={}"),
     },
 )
 
