@@ -77,7 +77,7 @@ REGISTRY: Registry[Environment] = Registry(
             "arm",
             "envs.scenes.arms:UserArm",
             "any serial arm from a URDF among solids from a YAML file (urdf, scene, "
-            "self_collision)",
+            "self_collision, geometry)",
             in_all=False,
         ),
         Spec(

@@ -40,15 +40,16 @@ def read(path: Path) -> Soup:
     document = _Document(_tree(path))
     soups: dict[Element, Soup] = {}
     placed, faces = [], 0
-    for geometry, pose in document.instances():
-        if geometry not in soups:
-            soups[geometry] = _geometry(geometry)
-        faces += len(soups[geometry].faces)
-        if faces > MOST_FACES:
-            raise UnreadableError(f"it has more than {MOST_FACES} faces: simplify it")
-        placed.append(moved(soups[geometry], pose))
-    soup = joined(placed)
-    return Soup(soup.vertices * document.unit, soup.faces, (*soup.notes, *document.notes))
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused afterwards
+        for geometry, pose in document.instances():
+            if geometry not in soups:
+                soups[geometry] = _geometry(geometry)
+            faces += len(soups[geometry].faces)
+            if faces > MOST_FACES:
+                raise UnreadableError(f"it has more than {MOST_FACES} faces: simplify it")
+            placed.append(moved(soups[geometry], pose))
+        soup = joined(placed)
+        return Soup(soup.vertices * document.unit, soup.faces, (*soup.notes, *document.notes))
 
 
 def _tree(path: Path) -> Element:
