@@ -32,8 +32,7 @@ def read_urdf(file: Path, geometry: str = "collision") -> tuple[Chain, tuple[Par
 
     Meshes may be open: they are surfaces. Their files are sought from the URDF's folder; those
     named package://NAME/REST or file://REST from each folder above it too, with NAME and without. A
-    link that has visual geometry but no collision geometry collides with nothing, and a line is
-    logged that says so.
+    link that has only the other geometry collides with nothing, and a line is logged that says so.
 
     Args:
         file: the URDF; lengths in metres, angles in radians.
@@ -53,8 +52,7 @@ def read_urdf(file: Path, geometry: str = "collision") -> tuple[Chain, tuple[Par
         robot, elements = parsed(file)
         chain = _chain(robot)
         parts = _parts(elements, chain, geometry, file.parent)
-        if geometry == "collision":
-            _tell_of_links_without_collision(elements, file)
+        _tell_of_links_left_out(elements, geometry, file)
         _tell_of_soft_limits(robot, file)
     except InputError as error:
         raise InputError(f"{file}: {error}") from error
@@ -249,25 +247,30 @@ def _parts(
 
 
 def _remedy(elements: ElementTree.Element, geometry: str) -> str:
-    for other in set(GEOMETRIES) - {geometry}:
-        if elements.find(f"link/{other}") is not None:
-            return f"add <{geometry}> elements, or take those it has: geometry={other}"
+    other = _other(geometry)
+    if elements.find(f"link/{other}") is not None:
+        return f"add <{geometry}> elements, or take those it has: geometry={other}"
     return f"add <{geometry}> elements"
 
 
-def _tell_of_links_without_collision(elements: ElementTree.Element, file: Path) -> None:
-    """Says which links are drawn and collide with nothing."""
-    links = elements.findall("link")
-    drawn = [
+def _other(geometry: str) -> str:
+    [other] = set(GEOMETRIES) - {geometry}
+    return other
+
+
+def _tell_of_links_left_out(elements: ElementTree.Element, geometry: str, file: Path) -> None:
+    """Says which links collide with nothing, but would by their other geometry."""
+    other = _other(geometry)
+    left_out = [
         link.get("name", "")
-        for link in links
-        if link.find("visual") is not None and link.find("collision") is None
+        for link in elements.findall("link")
+        if link.find(geometry) is None and link.find(other) is not None
     ]
-    if drawn:
-        named = ", ".join(map(repr, drawn))
+    if left_out:
+        named = ", ".join(map(repr, left_out))
         tell_once(
-            f"{file}: links with visual but no collision geometry collide with nothing, unless "
-            f"with geometry=visual: {named}"
+            f"{file}: links with {other} but no {geometry} geometry collide with nothing, unless "
+            f"with geometry={other}: {named}"
         )
 
 

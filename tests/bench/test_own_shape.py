@@ -123,6 +123,7 @@ def world(folder: Path) -> Environment:
     return envs.make(f"arm:urdf={folder / 'arm.urdf'},scene={folder / 'scene.yaml'}")
 
 
+@pytest.mark.slow
 def test_it_is_read_judged_planned_among_and_drawn(lozenge: Any, tmp_path: Path) -> None:
     env = world(tmp_path)
     assert [type(shape) for shape in env.robot.shapes] == [lozenge]

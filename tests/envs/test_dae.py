@@ -285,6 +285,7 @@ def test_a_link_of_dae_is_that_of_stl(tmp_path: Path) -> None:
         assert solid.triangulate().volume == pytest.approx(SEGMENT.volume, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_room_of_dae_is_a_world(tmp_path: Path) -> None:
     (tmp_path / "u.dae").write_bytes(dae(U))
     env = envs.make(f"mesh:file={tmp_path / 'u.dae'},robot_radius=0.1")

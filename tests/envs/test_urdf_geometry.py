@@ -155,6 +155,18 @@ def test_what_is_drawn_collides_if_asked(tmp_path: Path, told: pytest.LogCapture
     assert not told.records
 
 
+def test_links_that_are_not_drawn_are_said_where_that_counts(
+    tmp_path: Path, told: pytest.LogCaptureFixture
+) -> None:
+    text = robot(
+        A, link("b", visual('<sphere radius="0.1"/>')), link("c"), AB, joint("bc", "b", "c")
+    )
+    assert [part.link for part in parts_of(tmp_path, text, "visual")] == ["b"]
+    (record,) = told.records
+    assert "links with collision but no visual geometry collide with nothing" in record.getMessage()
+    assert record.getMessage().endswith("unless with geometry=collision: 'c'")
+
+
 def test_what_does_not_collide_may_be_anything(tmp_path: Path) -> None:
     odd = '<collision><origin xyz="x"/><geometry><capsule/></geometry></collision>'
     text = robot(A, link("b", odd + visual('<sphere radius="0.1"/>')), AB)
