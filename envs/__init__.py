@@ -77,7 +77,7 @@ REGISTRY: Registry[Environment] = Registry(
             "arm",
             "envs.scenes.arms:UserArm",
             "any serial arm from a URDF among solids from a YAML file (urdf, scene, "
-            "self_collision)",
+            "self_collision, geometry)",
             in_all=False,
         ),
         Spec(
@@ -98,7 +98,7 @@ REGISTRY: Registry[Environment] = Registry(
     base="envs.environment:Environment",
     of_files={
         ".urdf": "an arm is arm:urdf={}",
-        **dict.fromkeys((".glb", ".obj", ".off", ".ply", ".stl"), "a mesh is mesh:file={}"),
+        **dict.fromkeys((".dae", ".glb", ".obj", ".off", ".ply", ".stl"), "a mesh is mesh:file={}"),
     },
 )
 

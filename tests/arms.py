@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from envs import Environment
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.shapes import SIZED, Box, Cylinder, PlacedShape, Solid, Sphere, Spheres
+from envs.collision.shapes import SIZED, Box, Capsule, Cylinder, PlacedShape, Solid, Sphere, Spheres
 from envs.problem import Array
 from envs.robots.arm import Arm, Part, RobotArrays
 from envs.robots.chain import Chain, Joint, Link
@@ -81,11 +81,12 @@ def spheres_within(solid: Solid, slack: float) -> Spheres:
     """Spheres that lie within a solid and touch its sides, in place of some that cover it."""
     if isinstance(solid, Sphere):
         return Spheres(np.zeros((1, 3)), np.array([solid.radius]))
-    assert isinstance(solid, Cylinder | Box)
+    assert isinstance(solid, Cylinder | Capsule | Box)
     if isinstance(solid, Box):
         radius, half = solid.sides.min() / 2, solid.sides / 2
     else:
-        half = np.array([0, 0, solid.length / 2])
+        beyond = solid.radius if isinstance(solid, Capsule) else 0
+        half = np.array([0, 0, solid.length / 2 + beyond])
         radius = min(solid.radius, half[2])
     room = np.maximum(half - radius, 0)
     axes = [np.linspace(-r, r, 1 + math.ceil(2 * r / radius)) for r in room]

@@ -124,12 +124,30 @@ BAD_URDFS = {
     "no collision geometry": (robot(A, link("b", ""), AB), "no link that moves"),
     "no geometry": (robot(A, link("b", "<collision/>"), AB), "needs one <geometry>"),
     "no shape": (with_shape(""), "needs one <geometry>"),
-    "capsule": (
-        with_shape('<capsule radius="1" length="2"/>'),
-        "link 'b': a <capsule> is not read, only box, cylinder, sphere, mesh; put a cylinder and",
+    "capsule of another's": (
+        with_shape('<drake:capsule radius="1"/>'),
+        "; did you mean 'capsule'?",
     ),
-    "capsule of another's": (with_shape('<drake:capsule radius="1"/>'), "put a cylinder and"),
-    "other shape": (with_shape("<ellipsoid/>"), "<ellipsoid> is not read, only box"),
+    "misspelt shape": (with_shape('<cylindre radius="1"/>'), "; did you mean 'cylinder'?"),
+    "other shape": (
+        with_shape("<ellipsoid/>"),
+        "link 'b': a <ellipsoid> is not read (a mesh can stand for any); choose from: box, cap",
+    ),
+    "short capsule": (with_shape('<capsule radius="1" length="0"/>'), "length must be positive"),
+    "capsule without length": (with_shape('<capsule radius="1"/>'), "<capsule> has no length"),
+    "turned by quaternion": (
+        robot(A, link("b", collision('<box size="1 1 1"/>', '<origin quat_xyzw="0 0 1 0"/>')), AB),
+        "link 'b': its <origin> has quat_xyzw, which is not read",
+    ),
+    "NaN place": (
+        robot(A, link("b", collision('<box size="1 1 1"/>', '<origin xyz="0 nan 0"/>')), AB),
+        "link 'b': xyz='0 nan 0' must hold 3 finite numbers",
+    ),
+    "visual only": (
+        robot(A, link("b", BALL.replace("collision", "visual")), AB),
+        "no link that moves has collision geometry; add <collision> elements, or take those it has:"
+        " geometry=visual",
+    ),
     "quaternion": (placed('<origin quat_xyzw="0 0 1 0"/>'), "has quat_xyzw, which is not read"),
     "no size": (with_shape("<box/>"), "<box> has no size"),
     "flat box": (with_shape('<box size="1 0 1"/>'), "must be positive"),

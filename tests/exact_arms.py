@@ -15,7 +15,7 @@ import pinocchio
 import trimesh
 from numpy.typing import NDArray
 
-from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape, Sphere
+from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, PlacedShape, Sphere
 from envs.problem import Array
 
 _ALWAYS = 2000
@@ -34,6 +34,7 @@ class ExactArm:
     def __init__(
         self, file: Path, obstacles: Sequence[PlacedShape], folders: Sequence[Path]
     ) -> None:
+        file = _for_urdfdom(file)
         self._model = pinocchio.buildModelFromUrdf(str(file))
         self._data = self._model.createData()
         kind = pinocchio.GeometryType.COLLISION
@@ -199,10 +200,32 @@ def _geometry(solid: Any) -> Any:
         return coal.Box(*solid.sides)
     if isinstance(solid, Cylinder):
         return coal.Cylinder(solid.radius, solid.length)
+    if isinstance(solid, Capsule):
+        return coal.Capsule(solid.radius, solid.length)
     if isinstance(solid, Sphere):
         return coal.Sphere(solid.radius)
     assert isinstance(solid, Mesh)
     return coal_mesh(solid.vertices, solid.faces)
+
+
+def _for_urdfdom(file: Path) -> Path:
+    """A copy, if need be, in which capsules are cylinders that Pinocchio is told to take for
+    capsules: only the latest urdfdom reads them."""
+    tree = ElementTree.parse(file)
+    found = False
+    for link in tree.getroot().findall("link"):
+        for number, solid in enumerate(link.findall("collision")):
+            capsule = solid.find("geometry/capsule")
+            if capsule is not None:
+                found, capsule.tag = True, "cylinder"
+                name = solid.attrib["name"] = f"{link.attrib['name']}_{number}"
+                told = ElementTree.SubElement(link, "collision_checking")
+                ElementTree.SubElement(told, "capsule", name=name)
+    if not found:
+        return file
+    copy = file.with_name("pinocchio.urdf")
+    tree.write(copy)
+    return copy
 
 
 def _read(file: str, scale: Array) -> Any:

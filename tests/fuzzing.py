@@ -25,6 +25,7 @@ CASES = {
     "experiments": 1200,
     "URDFs": 1200,
     "scenes": 1200,
+    "Collada meshes": 1200,
 }
 """How many inputs each parser is given."""
 

@@ -49,11 +49,13 @@ def _solid(folder: Path, rng: np.random.Generator, name: str, length: float) -> 
     """A solid that reaches up from the origin of its link."""
     width = rng.uniform(0.02, 0.05)
     at = f'<origin xyz="0 0 {length / 2:.4f}" rpy="{rng.normal(0, 0.05):.4f} 0 0"/>'
-    kind = rng.choice(["box", "cylinder", "ball", "mesh", "mesh", "mesh"])
+    kind = rng.choice(["box", "cylinder", "capsule", "ball", "mesh", "mesh", "mesh"])
     if kind == "box":
         return collision(f'<box size="{width:.4f} {2 * width:.4f} {length:.4f}"/>', at)
     if kind == "cylinder":
         return collision(f'<cylinder radius="{width:.4f}" length="{length:.4f}"/>', at)
+    if kind == "capsule":
+        return collision(f'<capsule radius="{width:.4f}" length="{length - width:.4f}"/>', at)
     if kind == "ball":
         return collision(f'<sphere radius="{min(length / 2, 2 * width):.4f}"/>', at)
     mesh = _mesh(rng, width, length)
@@ -85,6 +87,7 @@ def _scene(folder: Path, rng: np.random.Generator) -> str:
     ball = trimesh.creation.icosphere(subdivisions=2, radius=0.1)
     ball.export(folder / "rock.ply")
     shapes = ["box: [0.1, 0.3, 0.2]", "sphere: 0.12", "cylinder: [0.05, 0.5]", "mesh: rock.ply"]
+    shapes.append("capsule: [0.06, 0.4]")
     entries = []
     for shape in rng.permutation(shapes)[: rng.integers(1, 4)]:
         way = rng.normal(size=3)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.shapes import BOX, CYLINDER, TRIANGLE
+from envs.collision.shapes import BOX, CYLINDER, ROW, TRIANGLE
 from envs.compiled import njit_cached, njit_hot
 
 _PRECISION = 1e-7
@@ -30,7 +30,7 @@ _FLAT = 1e-20
 
 @njit_cached
 def distance(a: Any, b: Any, most: float) -> float:
-    """A lower bound of the distance between two solids, rows (17,) as in `shapes.solid`.
+    """A lower bound of the distance between two solids, rows (ROW,) as in `shapes.solid`.
 
     Within `_PRECISION` of the distance, and 0 where they touch or overlap; or else at least
     `most`, as soon as the distance is proved to be. Never above the distance, but for rounding.
@@ -40,7 +40,7 @@ def distance(a: Any, b: Any, most: float) -> float:
 
 @njit_cached
 def least_distance(row: Any, others: Any, most: float) -> float:
-    """The least `distance` of a solid (17,) from others (n, 17), or something above `most`."""
+    """The least `distance` of a solid (ROW,) from others (n, ROW), or something above `most`."""
     least = most
     for n in range(len(others)):
         least = min(least, distance(row, others[n], least))
@@ -49,8 +49,8 @@ def least_distance(row: Any, others: Any, most: float) -> float:
 
 @njit_cached
 def put(row: Any, turn: Any, shift: Any) -> Any:
-    """The row (17,) of a solid after a rotation (3, 3) and a translation (3,)."""
-    pose, found = np.empty((3, 4)), np.empty(17)
+    """The row (ROW,) of a solid after a rotation (3, 3) and a translation (3,)."""
+    pose, found = np.empty((3, 4)), np.empty(ROW)
     pose[:, :3], pose[:, 3] = turn, shift
     moved(row, pose, found)
     return found
@@ -58,7 +58,7 @@ def put(row: Any, turn: Any, shift: Any) -> Any:
 
 @njit_cached
 def moved(row: Any, pose: Any, out: Any) -> None:
-    """Writes the row (17,) of a solid, given in a body's frame, with the body at a pose (3, 4).
+    """Writes the row (ROW,) of a solid, given in a body's frame, with the body at a pose (3, 4).
 
     `out` must not be `row`.
     """
@@ -68,7 +68,7 @@ def moved(row: Any, pose: Any, out: Any) -> None:
                 pose[j, 0] * row[3 * i] + pose[j, 1] * row[3 * i + 1] + pose[j, 2] * row[3 * i + 2]
             )
         out[9 + i] = pose[i, 0] * row[9] + pose[i, 1] * row[10] + pose[i, 2] * row[11] + pose[i, 3]
-    for i in range(12, 17):
+    for i in range(12, ROW):
         out[i] = row[i]
 
 
@@ -76,7 +76,7 @@ def moved(row: Any, pose: Any, out: Any) -> None:
 def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
     """At most and at least the distance between two solids; both lack `most`, see `distance`.
 
-    Spheres are searched as points, and their radii taken off in the end.
+    Their cores are searched, and the radii about them taken off in the end.
     """
     x, y, z = a[9] - b[9], a[10] - b[10], a[11] - b[11]
     center_x, center_y, center_z = x, y, z
@@ -84,10 +84,7 @@ def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
     apart = length - a[15] - b[15]
     if apart >= most:
         return apart, length
-    rounding = 0.0
-    for solid in (a, b):
-        if solid[16] != BOX and solid[16] != CYLINDER:
-            rounding += solid[12]
+    rounding = a[17] + b[17]
     points, v = np.empty((4, 3)), np.empty(3)
     n, squared, lower = 0, np.inf, 0.0
     # (x, y, z) is the difference of a point of each, so that they are at most `length` apart. Of
@@ -113,7 +110,7 @@ def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
 
 @njit_cached
 def _support(row: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """From a solid's centre, its point furthest along a direction; of a sphere, the centre."""
+    """From the centre of a solid's core, the core's point furthest along a direction."""
     kind = row[16]
     if kind != BOX and kind != CYLINDER and kind != TRIANGLE:
         return 0.0, 0.0, 0.0

@@ -14,7 +14,7 @@ import numpy as np
 
 from envs.collision.gjk import distance, moved
 from envs.collision.primitive_sdf import to_solid
-from envs.collision.shapes import CYLINDER, SPHERE, TRIANGLE
+from envs.collision.shapes import CYLINDER, POINT, ROW, TRIANGLE
 from envs.collision.triangles import point_to_triangle, triangle_to_triangle
 from envs.compiled import njit_cached, njit_hot
 
@@ -24,13 +24,13 @@ _DEEPEST = 64
 
 @njit_cached
 def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
-    """A lower bound of the distance between a solid, a row (17,) of `SceneArrays.solids` in the
+    """A lower bound of the distance between a solid, a row (ROW,) of `SceneArrays.solids` in the
     mesh's frame, and the surface of the mesh at a root; or `most`, if it is no less.
 
     As near to the distance as `gjk.distance`.
     """
-    solid = row.reshape((1, 17))
-    triangle = np.zeros(17)
+    solid = row.reshape((1, ROW))
+    triangle = np.zeros(ROW)
     nodes, bounds = np.empty(_DEEPEST, dtype=np.int64), np.empty(_DEEPEST)
     nodes[0], bounds[0] = root, _solid_to_node(trees, root, solid)
     waiting, least = 1, most
@@ -57,14 +57,14 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
 
 @njit_cached
 def _solid_to_triangle(triangle: Any, row: Any, most: float) -> float:
-    if row[16] == SPHERE:
-        return float(point_to_triangle(triangle, row[9], row[10], row[11]) - row[12])
+    if row[16] == POINT:
+        return float(point_to_triangle(triangle, row[9], row[10], row[11]) - row[17])
     return float(distance(triangle, row, most))
 
 
 @njit_hot
 def _solid_to_node(trees: Any, node: int, solid: Any) -> float:
-    """The greater of what a node's ball and its box keep from a solid (1, 17) at least."""
+    """The greater of what a node's ball and its box keep from a solid (1, ROW) at least."""
     middle, axes = trees.middles[node], trees.axes[node]
     by_ball: float = to_solid(solid, 0, middle[0], middle[1], middle[2]) - trees.radii[node]
     x, y, z = solid[0, 9] - middle[0], solid[0, 10] - middle[1], solid[0, 11] - middle[2]
@@ -79,21 +79,23 @@ def _solid_to_node(trees: Any, node: int, solid: Any) -> float:
 
 @njit_hot
 def _reach(solid: Any, axis: Any) -> float:
-    """How far a solid (1, 17) reaches from its centre along an axis (3,)."""
-    if solid[0, 16] == SPHERE:
-        return float(solid[0, 12])
+    """How far a solid (1, ROW) reaches from its centre along an axis (3,)."""
+    radius = solid[0, 17]
+    if solid[0, 16] == POINT:
+        return float(radius)
     along = axis[0] * solid[0, 6] + axis[1] * solid[0, 7] + axis[2] * solid[0, 8]
     if solid[0, 16] == CYLINDER:
         aside = math.sqrt(max(1.0 - along * along, 0.0))
-        return float(solid[0, 12] * aside + solid[0, 13] * abs(along))
+        return float(solid[0, 12] * aside + solid[0, 13] * abs(along) + radius)
     p = axis[0] * solid[0, 0] + axis[1] * solid[0, 1] + axis[2] * solid[0, 2]
     q = axis[0] * solid[0, 3] + axis[1] * solid[0, 4] + axis[2] * solid[0, 5]
-    return float(abs(p) * solid[0, 12] + abs(q) * solid[0, 13] + abs(along) * solid[0, 14])
+    reach = abs(p) * solid[0, 12] + abs(q) * solid[0, 13] + abs(along) * solid[0, 14]
+    return float(reach + radius)
 
 
 @njit_hot
 def _take_triangle(trees: Any, leaf: int, row: Any) -> None:
-    """Writes the row (17,) of a leaf's triangle, in the mesh's frame."""
+    """Writes the row (ROW,) of a leaf's triangle, in the mesh's frame."""
     for k in range(9):
         row[k] = trees.triangles[-1 - trees.child[leaf], k]
     for i in range(3):
@@ -107,7 +109,7 @@ def mesh_to_mesh(
 ) -> float:
     """A lower bound of the distance between the surfaces of two meshes, the other one at a pose
     (3, 4) in the frame of the first; or `most`, if it is no less. See `solid_to_mesh`."""
-    triangle, other_triangle, there = np.zeros(17), np.zeros(17), np.zeros(17)
+    triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
     nodes = np.empty((2 * _DEEPEST, 2), dtype=np.int64)
     bounds = np.empty(2 * _DEEPEST)
     nodes[0, 0], nodes[0, 1] = root, other_root

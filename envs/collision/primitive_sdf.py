@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from envs.collision.mesh import queries
-from envs.collision.shapes import BOX, CYLINDER, Mesh, Obstacle
+from envs.collision.shapes import BOX, CYLINDER, ROW, Mesh, Obstacle
 from envs.compiled import njit_cached, njit_hot, njit_inline
 from envs.grid import RegularGrid, central_differences, distance_beyond, trilinear
 from envs.problem import Array
@@ -25,7 +25,7 @@ class SceneArrays(NamedTuple):
     """Obstacles as compiled code sees them.
 
     Attributes:
-        solids: (b, 17), the rows in the workspace of those that are no meshes, see
+        solids: (b, ROW), the rows in the workspace of those that are no meshes, see
             `envs.collision.shapes.solid`.
         grid: of distances to meshes, in single precision, at most what they are within the cells
             about the nodes; a single node where there are no meshes.
@@ -44,7 +44,7 @@ def scene_arrays(obstacles: Sequence[Obstacle], lower: Array, upper: Array) -> S
             meshes.append((solid, pose))
         else:
             rows.append(solid.distance_row(pose))
-    solids = np.array(rows).reshape(-1, 17)
+    solids = np.array(rows).reshape(-1, ROW)
     return SceneArrays(solids, _grid(meshes, lower, upper) if meshes else _NO_MESHES)
 
 
@@ -85,8 +85,8 @@ def to_solid(solids: Any, n: int, x: float, y: float, z: float) -> float:
         out_a, out_b = max(aside, 0.0), max(above, 0.0)
         distance = math.sqrt(out_a * out_a + out_b * out_b) + min(max(aside, above), 0.0)
     else:
-        distance = math.sqrt(a * a + b * b + c * c) - solids[n, 12]
-    return distance
+        distance = math.sqrt(a * a + b * b + c * c)
+    return distance - float(solids[n, 17])
 
 
 @njit_hot

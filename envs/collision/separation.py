@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from envs.collision.gjk import compose, distance, moved
 from envs.collision.mesh_distance import mesh_to_mesh, solid_to_mesh
 from envs.collision.mesh_tree import Trees, trees_of
-from envs.collision.shapes import Mesh, Obstacle
+from envs.collision.shapes import ROW, Mesh, Obstacle
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 
@@ -25,7 +25,7 @@ class Shapes(NamedTuple):
     """Placed shapes as compiled code sees them, each in the frame that it is placed in.
 
     Attributes:
-        rows: (p, 17), see `envs.collision.shapes.solid`.
+        rows: (p, ROW), see `envs.collision.shapes.solid`.
         poses: (p, 3, 4) of the shapes.
         roots: (p,) of the trees of those that are meshes, -1 of others.
         trees: of all meshes.
@@ -43,7 +43,7 @@ def shapes_of(placed: Sequence[Obstacle]) -> Shapes:
     roots = np.full(len(placed), -1)
     roots[[isinstance(one.solid, Mesh) for one in placed]] = found
     return Shapes(
-        np.array([one.solid.distance_row(one.pose) for one in placed]).reshape(-1, 17),
+        np.array([one.solid.distance_row(one.pose) for one in placed]).reshape(-1, ROW),
         np.array([one.pose[:3] for one in placed]).reshape(-1, 3, 4),
         roots,
         trees,
@@ -57,7 +57,7 @@ def separation(
     """A lower bound of the distance of shape i of `a` from shape j of `b`, or something that is at
     least `most`; 0 where they touch, or one of them is within another that is no mesh.
 
-    Their rows (17,) and the poses (3, 4) of the frames that they are placed in are those of now.
+    Their rows (ROW,) and the poses (3, 4) of the frames that they are placed in are those of now.
     """
     if a.roots[i] < 0 and b.roots[j] < 0:
         return float(distance(row, other, most))
@@ -76,7 +76,7 @@ def separation(
         a, i, row, pose, b, j, other, at = b, j, other, at, a, i, row, pose
     compose(pose, a.poses[i], here)
     _undo(here, between)
-    solid = np.empty(17)
+    solid = np.empty(ROW)
     moved(other, between, solid)
     return float(solid_to_mesh(a.trees, a.roots[i], solid, most))
 
@@ -85,7 +85,7 @@ def separation(
 def least_separation(a: Any, i: int, turn: Any, shift: Any, around: Any, most: float) -> float:
     """The least `separation` of shape i of `a`, after a rotation (3, 3) and a translation (3,),
     from shapes that stand still; or something above `most`."""
-    pose, still, row = np.empty((3, 4)), np.eye(3, 4), np.empty(17)
+    pose, still, row = np.empty((3, 4)), np.eye(3, 4), np.empty(ROW)
     pose[:, :3], pose[:, 3] = turn, shift
     moved(a.rows[i], pose, row)
     least = most
@@ -98,7 +98,7 @@ def least_separation(a: Any, i: int, turn: Any, shift: Any, around: Any, most: f
 @njit_cached
 def separations(shapes: Any, i: int, j: int, poses: Any, most: float) -> Any:
     """The `separation` (n,) of two shapes whose frames are at poses (n, 2, 3, 4)."""
-    row, other = np.empty(17), np.empty(17)
+    row, other = np.empty(ROW), np.empty(ROW)
     found = np.empty(len(poses))
     for n in range(len(poses)):
         pose, at = poses[n, 0], poses[n, 1]

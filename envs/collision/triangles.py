@@ -1,6 +1,6 @@
 """Distances of triangles in closed form, compiled.
 
-Triangles are rows (17,) as in `shapes.solid`. Results are lowered by `_PRECISION`, which is
+Triangles are rows (ROW,) as in `shapes.solid`. Results are lowered by `_PRECISION`, which is
 far more than rounding can add to them.
 """
 

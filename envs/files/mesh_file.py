@@ -15,7 +15,7 @@ from envs.collision.enclosure import Surface
 from envs.collision.shapes import Mesh
 from envs.collision.shells import Shells
 from envs.errors import InputError
-from envs.files.mesh_formats import glb, obj, off, ply, stl
+from envs.files.mesh_formats import dae, glb, obj, off, ply, stl
 from envs.files.mesh_formats.soup import MOST_FACES, Soup
 from envs.files.paths import exists
 from envs.problem import Array
@@ -26,6 +26,7 @@ _READERS = {
     ".off": off.read,
     ".stl": stl.read,
     ".glb": glb.read,
+    ".dae": dae.read,
 }
 
 FORMATS = tuple(_READERS)
@@ -38,7 +39,7 @@ _SAME = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class FileMesh:
-    """A mesh in its file's own unit and frame.
+    """A mesh in its file's own unit and frame; of Collada, which says its unit, in metres.
 
     Attributes:
         vertices: (n, 3), no two alike.
@@ -61,7 +62,7 @@ class FileMesh:
 
 
 def read_mesh(file: str | Path) -> FileMesh:
-    """Reads an OBJ, PLY, OFF, STL or GLB file; all its meshes are taken as one.
+    """Reads an OBJ, PLY, OFF, STL, GLB or Collada file; all its meshes are taken as one.
 
     Vertices at the same place become one, and degenerate faces (no area) are dropped and counted.
     Faces of a connected part that are not wound alike are turned as most of its area is.

@@ -18,7 +18,7 @@ from envs.collision.continuous import compiled_is_covered
 from envs.collision.gjk import at, moved
 from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest, to_solid
 from envs.collision.separation import separation
-from envs.collision.shapes import MESH
+from envs.collision.shapes import MESH, ROW
 from envs.compiled import njit_cached, njit_hot, parallel_for
 from envs.problem import Array
 from envs.robots.arm import RobotArrays, part_bounds
@@ -77,7 +77,7 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, clearances: Any) -> None:
     """Lowers clearances to those from other parts; of meshes, to those of their spheres at `balls`
     (m, 3) while these are `_NEAR` apart. Any nearer they are exact: the spheres of two links side
     by side may overlap wherever these are."""
-    rows = np.empty((len(arm.bodies), 17))
+    rows = np.empty((len(arm.bodies), ROW))
     for part in range(len(rows)):
         moved(arm.shapes.rows[part], bodies[arm.bodies[part]], rows[part])
     for part in range(arm.moving):

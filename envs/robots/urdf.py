@@ -6,23 +6,23 @@ import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
-from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape, Solid, Sphere
+from envs.collision.shapes import PlacedShape
 from envs.errors import InputError, suggestion, tell_once
-from envs.files.mesh_file import read_mesh
-from envs.files.paths import exists, safe_join
 from envs.problem import Array
 from envs.robots.arm import Part
 from envs.robots.chain import Chain, Joint, Link
 from envs.robots.urdf_elements import parsed
+from envs.robots.urdf_geometry import GEOMETRIES, check_geometry_name, shapes_of_link
 
 _TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
 
-def read_urdf(file: Path) -> tuple[Chain, tuple[Part, ...]]:
-    """Reads the kinematics and the collision geometry of a serial arm.
+def read_urdf(file: Path, geometry: str = "collision") -> tuple[Chain, tuple[Part, ...]]:
+    """Reads the kinematics and the geometry of a serial arm.
 
     Joints may be revolute, continuous, prismatic or fixed. Links that are fixed to others may
     branch off, such as a tool's frame or a camera; joints that move follow one upon another, and
@@ -30,12 +30,14 @@ def read_urdf(file: Path) -> tuple[Chain, tuple[Part, ...]]:
     that is left out beside another is 0, as URDF has it; soft limits are not used, and a line is
     logged that says so.
 
-    Visual geometry is ignored. Meshes may be open: they are surfaces. Their files are sought from
-    the URDF's folder; those named package://NAME/REST or file://REST from each folder above it
-    too, with NAME and without.
+    Meshes may be open: they are surfaces. Their files are sought from the URDF's folder; those
+    named package://NAME/REST or file://REST from each folder above it too, with NAME and without. A
+    link that has only the other geometry collides with nothing, and a line is logged that says so.
 
     Args:
         file: the URDF; lengths in metres, angles in radians.
+        geometry: what collides, "collision" or "visual": the elements of links that hold it. The
+            others are not read.
 
     Returns:
         The chain, with its links in depth-first order from the base, which is the link that no
@@ -45,10 +47,12 @@ def read_urdf(file: Path) -> tuple[Chain, tuple[Part, ...]]:
     Raises:
         InputError: there is no such file, or it describes no arm that can be used.
     """
+    check_geometry_name(geometry)
     try:
-        robot = parsed(file)
+        robot, elements = parsed(file)
         chain = _chain(robot)
-        parts = _parts(robot, chain, file.parent)
+        parts = _parts(elements, chain, geometry, file.parent)
+        _tell_of_links_left_out(elements, geometry, file)
         _tell_of_soft_limits(robot, file)
     except InputError as error:
         raise InputError(f"{file}: {error}") from error
@@ -227,60 +231,48 @@ def _has_tighter_soft_limits(joint: Any) -> bool:
     return ends != (None, None) and ((ends[0] or 0.0) > lower or (ends[1] or 0.0) < upper)
 
 
-def _parts(robot: Any, chain: Chain, folder: Path) -> tuple[Part, ...]:
-    collisions = {link.name: link.collisions for link in robot.links}
+def _parts(
+    elements: ElementTree.Element, chain: Chain, geometry: str, folder: Path
+) -> tuple[Part, ...]:
+    links = {link.get("name"): link for link in elements.findall("link")}
     parts = []
     for link in chain.links:
-        for collision in collisions[link.name]:
-            try:
-                solid = _solid(collision.geometry, folder)
-            except ValueError as error:  # InputError, or a shape's own
-                raise InputError(f"link {link.name!r}: {error}") from error
-            placed = PlacedShape(solid, link.offset @ _pose(collision.origin))
+        for shape in shapes_of_link(links[link.name], geometry, folder):
+            placed = PlacedShape(shape.solid, link.offset @ shape.pose)
             parts.append(Part(link.body, placed, link.name))
     if not any(part.body > 0 for part in parts):
-        raise InputError("no link that moves has collision geometry; add <collision> elements")
+        remedy = _remedy(elements, geometry)
+        raise InputError(f"no link that moves has {geometry} geometry; {remedy}")
     return tuple(parts)
+
+
+def _remedy(elements: ElementTree.Element, geometry: str) -> str:
+    other = _other(geometry)
+    if elements.find(f"link/{other}") is not None:
+        return f"add <{geometry}> elements, or take those it has: geometry={other}"
+    return f"add <{geometry}> elements"
+
+
+def _other(geometry: str) -> str:
+    [other] = set(GEOMETRIES) - {geometry}
+    return other
+
+
+def _tell_of_links_left_out(elements: ElementTree.Element, geometry: str, file: Path) -> None:
+    """Says which links collide with nothing, but would by their other geometry."""
+    other = _other(geometry)
+    left_out = [
+        link.get("name", "")
+        for link in elements.findall("link")
+        if link.find(geometry) is None and link.find(other) is not None
+    ]
+    if left_out:
+        named = ", ".join(map(repr, left_out))
+        tell_once(
+            f"{file}: links with {other} but no {geometry} geometry collide with nothing, unless "
+            f"with geometry={other}: {named}"
+        )
 
 
 def _pose(origin: Array | None) -> Array:
     return np.eye(4) if origin is None else origin
-
-
-def _solid(geometry: Any, folder: Path) -> Solid:
-    if geometry.box is not None:
-        return Box(np.zeros(3), geometry.box.size)
-    if geometry.cylinder is not None:
-        return Cylinder(geometry.cylinder.radius, geometry.cylinder.length)
-    if geometry.sphere is not None:
-        if geometry.sphere.radius <= 0:
-            raise InputError(f"a sphere's radius must be positive, not {geometry.sphere.radius}")
-        return Sphere(geometry.sphere.radius)
-    scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
-    if np.any(np.equal(scale, 0)):
-        raise InputError("a mesh's scale must not be 0")
-    mesh = read_mesh(_mesh_file(geometry.mesh.filename, folder))
-    return Mesh(mesh.vertices * scale, mesh.faces)
-
-
-def _mesh_file(name: str, folder: Path) -> Path:
-    """The file of a mesh that a URDF in a folder names: from there, or as a package's, from any
-    folder above."""
-    scheme, _, rest = name.rpartition("://")
-    if not scheme:
-        candidates = [safe_join(folder, rest)]
-    else:
-        relative = Path(rest.lstrip("/"))
-        if ".." in relative.parts:
-            raise InputError(f"{name} climbs out of where it is sought; put it there instead")
-        without_package = Path(*relative.parts[1:])
-        above = [folder, *folder.resolve().parents]
-        candidates = [at / there for at in above for there in (relative, without_package)]
-        if scheme == "file" and exists((folder / rest).is_file):
-            return safe_join(folder, rest)
-    for candidate in candidates:
-        if exists(candidate.is_file):
-            return candidate
-    raise InputError(
-        f"no such mesh: {name}, sought from {folder}; put it there or correct its name"
-    )

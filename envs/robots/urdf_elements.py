@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -14,16 +15,11 @@ from envs.collision.shapes import LARGEST
 from envs.errors import InputError, reason
 from envs.files.paths import exists
 
-SHAPES = ("box", "cylinder", "sphere", "mesh")
-"""Elements of solids that are read."""
-
-_REMEDIES = {"capsule": "a cylinder and a sphere about each of its ends"}
-"""What can be written for shapes that are not read."""
-
 _READ = {
     "robot": ("link", "joint"),
-    "link": ("collision",),
+    "link": ("collision", "visual"),
     "collision": ("origin", "geometry"),
+    "visual": ("origin", "geometry"),
     "joint": ("parent", "child", "origin", "axis", "limit", "mimic", "safety_controller"),
 }
 """Elements that are read, by the one that they are in; of a geometry, all."""
@@ -34,29 +30,18 @@ _READ_OF_JOINT = {
 }
 """Those of joints of some types: what was left in one when it was made fixed, say, is idle."""
 
-_NEEDED = {
-    "parent": ("link",),
-    "child": ("link",),
-    "box": ("size",),
-    "cylinder": ("radius", "length"),
-    "sphere": ("radius",),
-    "mesh": ("filename",),
-}
-"""Attributes that elements must have."""
+_NEEDED = {"parent": ("link",), "child": ("link",)}
+"""Attributes that elements of joints must have."""
 
 _NUMBERS = {
-    "xyz": (3,),
-    "rpy": (3,),
-    "size": (3,),
-    "scale": (1, 3),
-    "radius": (1,),
-    "length": (1,),
-    "lower": (1,),
-    "upper": (1,),
-    "soft_lower_limit": (1,),
-    "soft_upper_limit": (1,),
+    "xyz": 3,
+    "rpy": 3,
+    "lower": 1,
+    "upper": 1,
+    "soft_lower_limit": 1,
+    "soft_upper_limit": 1,
 }
-"""Attributes that hold numbers, and how many."""
+"""Attributes of joints' elements that hold numbers, and how many."""
 
 _MOST_BYTES = 2**21  # those of whole robots have some 100 kB
 
@@ -67,8 +52,9 @@ _STUMBLES = (AttributeError, TypeError, ValueError, LookupError, SyntaxError, Re
 """What yourdfpy raises where it stumbles over something."""
 
 
-def parsed(file: Path) -> Any:
-    """The `yourdfpy.Robot` of a URDF file, of which every element that is used is complete.
+def parsed(file: Path) -> tuple[Any, ElementTree.Element]:
+    """The `yourdfpy.Robot` of a URDF file, of which every element that is used is complete, and
+    the file's `<robot>` with the shapes of links, which are left to `urdf_geometry`.
 
     What is not read (see `_READ`) may be whatever it is. Namespaces are none of URDF's, so a prefix
     is part of a name, declared or not, as other readers of URDF have it.
@@ -96,10 +82,18 @@ def parsed(file: Path) -> Any:
     _check_elements(read)
     try:
         # Not the file, which yourdfpy's own parser may read otherwise, or log that it cannot.
-        text = io.BytesIO(ElementTree.tostring(read))
-        return yourdfpy.URDF.load(text, build_scene_graph=False, load_meshes=False).robot
+        text = io.BytesIO(ElementTree.tostring(_without_shapes(read)))
+        loaded = yourdfpy.URDF.load(text, build_scene_graph=False, load_meshes=False)
     except _STUMBLES as error:
         raise InputError(f"not valid URDF, mend it ({reason(error)})") from error
+    return loaded.robot, read
+
+
+def _without_shapes(root: ElementTree.Element) -> ElementTree.Element:
+    copy = ElementTree.Element(root.tag, root.attrib)
+    for part in root:
+        copy.append(ElementTree.Element("link", part.attrib) if part.tag == "link" else part)
+    return copy
 
 
 def _tree(content: bytes) -> ElementTree.Element:
@@ -172,53 +166,53 @@ def _check_elements(root: ElementTree.Element) -> None:
         for part in root.findall(tag):
             if not part.get("name"):
                 raise InputError(f"has a <{tag}> without a name; give it one")
-            try:
-                _check_part(part)
-            except InputError as error:
-                raise InputError(f"{tag} {part.get('name')!r}: {error}") from error
+    for joint in root.findall("joint"):
+        _check_joint(joint)
 
 
-def _check_part(part: ElementTree.Element) -> None:
-    needed = ("parent", "child") if part.tag == "joint" else ()
-    for tag in needed:
-        if part.find(tag) is None:
+def _check_joint(joint: ElementTree.Element) -> None:
+    try:
+        _check_elements_of(joint)
+    except InputError as error:
+        raise InputError(f"joint {joint.get('name')!r}: {error}") from error
+
+
+def _check_elements_of(joint: ElementTree.Element) -> None:
+    for tag in ("parent", "child"):
+        if joint.find(tag) is None:
             raise InputError(f"has no <{tag}>; say which link that is")
-    for solid in part.findall("collision"):
-        shapes = solid.find("geometry")
-        if shapes is None or len(shapes) != 1:
-            raise InputError("its <collision> needs one <geometry> with one shape in it")
-        _check_shape(shapes[0].tag)
-    for element in part.iter():
+    for element in joint.iter():
         if element.tag == "origin":
-            _check_origin(element)
+            check_origin(element)
         for key in _NEEDED.get(element.tag, ()):
             if not element.get(key):
                 raise InputError(f"its <{element.tag}> has no {key}; add it")
         for key, text in element.items():
             if key in _NUMBERS:
-                _check_numbers(key, text)
+                numbers_of(key, text, (_NUMBERS[key],))
 
 
-def _check_shape(tag: str) -> None:
-    if tag not in SHAPES:
-        remedy = _REMEDIES.get(tag.rpartition(":")[2], "a mesh of it")
-        raise InputError(
-            f"a <{tag}> is not read, only {', '.join(SHAPES)}; put {remedy} in its place"
-        )
-
-
-def _check_origin(origin: ElementTree.Element) -> None:
+def check_origin(origin: ElementTree.Element) -> None:
+    """Raises InputError if a place is given by anything else than xyz and rpy."""
     for key in sorted(set(origin.attrib) - {"xyz", "rpy"}):
         raise InputError(f"its <origin> has {key}, which is not read; turn it by rpy")
 
 
-def _check_numbers(key: str, text: str) -> None:
-    words = text.split()
+def numbers_of(key: str, text: str, counts: Sequence[int]) -> list[float]:
+    """The numbers that an attribute holds.
+
+    Args:
+        key, text: the attribute.
+        counts: how many they may be.
+
+    Raises:
+        InputError: they are others, or not finite numbers of at most `LARGEST`.
+    """
     try:
-        usable = all(abs(float(word)) <= LARGEST for word in words)
+        numbers = [float(word) for word in text.split()]
     except ValueError:
-        usable = False
-    counts = _NUMBERS[key]
-    if not usable or len(words) not in counts:
+        numbers = []
+    if len(numbers) not in counts or not all(abs(number) <= LARGEST for number in numbers):
         wanted = f"{' or '.join(map(str, counts))} finite numbers of at most {LARGEST:g}"
         raise InputError(f"{key}={text!r} must hold {wanted}, spaces between")
+    return numbers

@@ -48,15 +48,22 @@ class UserArm(ArmWorld):
         urdf: a serial arm, see `envs.robots.urdf.read_urdf`.
         scene: a YAML file, see `envs.scenes.scene_file.read_scene`; without one, nothing is about.
         self_collision: whether links that are not neighbours must not touch each other.
+        geometry: which geometry of the links collides, "collision" or "visual".
 
     Raises:
         InputError: a file cannot be used.
     """
 
-    def __init__(self, urdf: str = "", scene: str = "", self_collision: bool = True) -> None:
+    def __init__(
+        self,
+        urdf: str = "",
+        scene: str = "",
+        self_collision: bool = True,
+        geometry: str = "collision",
+    ) -> None:
         if not urdf:
             raise InputError("arm: urdf=FILE is needed, and scene=FILE.yaml with the obstacles")
-        chain, parts = read_urdf(Path(urdf))
+        chain, parts = read_urdf(Path(urdf), geometry)
         obstacles = read_scene(Path(scene)) if scene else []
         super().__init__(Arm(chain, parts, self_collision), obstacles, "arm")
 

@@ -81,9 +81,10 @@ class MeshWorld(PointWorld):
     one that is not watertight.
 
     Args:
-        file: OBJ, PLY, OFF, STL or GLB.
+        file: OBJ, PLY, OFF, STL, GLB or Collada (.dae).
         kind: see above; "" for the default.
-        robot_radius: in the mesh's own unit; 0 for `DEFAULT_RADIUS`, which is in the world's.
+        robot_radius: in the mesh's own unit (metres, of Collada); 0 for `DEFAULT_RADIUS`, which is
+            in the world's.
         scale: world units for one of the mesh's; 0 for what makes the mesh fill the cube
             ("interior") or leaves room about it (the others).
 

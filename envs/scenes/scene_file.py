@@ -15,9 +15,6 @@ from envs.files.mesh_file import read_mesh
 from envs.files.paths import exists, safe_join
 from envs.problem import Array
 
-_SHAPES = (*SIZED, "mesh")
-_KEYS = (*_SHAPES, "scale", "position", "rpy")
-
 
 def read_scene(file: Path) -> list[PlacedShape]:
     """Reads obstacles from a file such as
@@ -28,6 +25,7 @@ def read_scene(file: Path) -> list[PlacedShape]:
           - sphere: 0.1              # radius
             position: [0.3, -0.4, 0.6]
           - cylinder: [0.05, 0.4]    # radius and length, along its own z
+          - capsule: [0.05, 0.4]     # the same, with half a ball on either end of the length
             rpy: [0, 1.5708, 0]      # roll, pitch, yaw as in URDF; [0, 0, 0] unless given
           - mesh: shelf.stl          # from this file's folder or the one above; watertight
             scale: 0.001             # 1 unless given
@@ -114,25 +112,27 @@ def _obstacle(number: int, entry: Any, folder: Path) -> PlacedShape:
 
 
 def _check_keys(entry: dict[Any, Any]) -> None:
+    shapes = (*SIZED, "mesh")
+    keys = (*shapes, "scale", "position", "rpy")
     for key in entry:
-        if key not in _KEYS:
-            raise InputError(f"unknown key {brief(key)}; {suggestion(brief(key), _KEYS)}")
-    shapes = [key for key in _SHAPES if key in entry]
-    if len(shapes) != 1:
-        given = " and ".join(shapes) or "none"
-        raise InputError(f"must have one of {', '.join(_SHAPES)}, not {given}")
+        if key not in keys:
+            raise InputError(f"unknown key {brief(key)}; {suggestion(brief(key), keys)}")
+    named = [key for key in shapes if key in entry]
+    if len(named) != 1:
+        given = " and ".join(named) or "none"
+        raise InputError(f"must have one of {', '.join(shapes)}, not {given}")
     if "scale" in entry and "mesh" not in entry:
         raise InputError("only a mesh may have a scale")
 
 
 def _solid(entry: dict[Any, Any], folder: Path) -> Solid:
-    [kind] = [key for key in _SHAPES if key in entry]
-    if kind not in SIZED:
+    if "mesh" in entry:
         return _mesh(entry, folder)
-    shape = SIZED[kind]
-    if shape.sizes == 1:
-        return shape.of_sizes([_size(entry[kind], kind)])
-    return shape.of_sizes(_sizes(entry, kind, shape.sizes))
+    [kind] = [key for key in SIZED if key in entry]
+    count = sum(SIZED[kind].sizes.values())
+    if count == 1:
+        return SIZED[kind].of_sizes([_size(entry[kind], kind)])
+    return SIZED[kind].of_sizes(_sizes(entry, kind, count))
 
 
 def _mesh(entry: dict[Any, Any], folder: Path) -> Mesh:

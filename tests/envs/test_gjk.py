@@ -12,15 +12,16 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from envs.collision.gjk import distance, least_distance, moved, put
-from envs.collision.shapes import Box, Cylinder, Sphere
+from envs.collision.shapes import ROW, Box, Capsule, Cylinder, Sphere
 from envs.problem import Array
 
-Convex = Box | Cylinder | Sphere
+Convex = Box | Capsule | Cylinder | Sphere
 
 ORIGIN = np.zeros(3)
 TILT = (0.3, -0.5, 0.7)
 SQUARE = Box(ORIGIN, np.full(3, 2.0))
 ROD = Cylinder(0.1, 2.0)
+PILL = Capsule(0.1, 2.0)
 ROOM = 1e-9
 """For rounding."""
 
@@ -43,7 +44,7 @@ def _fill(a: Any, b: Any, most: float, found: Any) -> None:
 
 
 def distances(a: Array, b: Array, most: float) -> Array:
-    """Of pairs of rows (n, 17)."""
+    """Of pairs of rows (n, ROW)."""
     found = np.empty(len(a))
     _fill(a, b, most, found)
     return found
@@ -84,6 +85,12 @@ KNOWN: dict[str, tuple[Convex, Array, Convex, Array, float]] = {
         1.0,
     ),
     "rod's rim off an edge": (ROD, at((1.4, 0, 2.4)), SQUARE, at(), 0.5),
+    "capsules side by side": (PILL, at(), PILL, at((0.5, 0, 0.7)), 0.3),
+    "capsules end to end": (PILL, at(), PILL, at((0, 0, 2.5)), 0.3),
+    "capsules askew": (PILL, at(), PILL, at((0.5, 0, 0), (0.4, 0, 0)), 0.3),
+    "capsule's end over a face": (PILL, at((0.2, 0.1, 2.3)), SQUARE, at(), 0.2),
+    "capsule's end off a corner": (PILL, at((2, 2, 3)), SQUARE, at(), math.sqrt(3) - 0.1),
+    "capsule and sphere": (PILL, at(), Sphere(0.3), at((3, 0, 5)), 4.6),
     # libccd: 0.234
     "rod over a board": (
         Cylinder(0.04, 0.26),
@@ -119,20 +126,22 @@ def test_nearly_parallel_faces(tilt: float) -> None:
 
 
 def random_solid(rng: np.random.Generator) -> Convex:
-    kind = rng.integers(6)
+    kind = rng.integers(8)
     if kind == 0:
         return Box(ORIGIN, rng.uniform(0.02, 0.6, 3))
     if kind == 1:
         return Box(ORIGIN, np.array([0.8, 0.5, 0.01]))
     if kind == 5:
         return Sphere(0.1)
+    if kind >= 6:
+        return (Capsule(0.05, 1.0), Capsule(*rng.uniform(0.03, 0.5, 2)))[kind - 6]
     return (Cylinder(0.05, 1.0), Cylinder(0.4, 0.02), Cylinder(*rng.uniform(0.03, 0.5, 2)))[
         kind - 2
     ]
 
 
 def random_pairs(n: int, spread: float) -> tuple[Array, Array]:
-    """Rows (n, 17) of solids, a third of the pairs nearly aligned."""
+    """Rows (n, ROW) of solids, a third of the pairs nearly aligned."""
     rng = np.random.default_rng(0)
     rows = []
     for _ in range(n):
@@ -148,17 +157,16 @@ def random_pairs(n: int, spread: float) -> tuple[Array, Array]:
 
 
 def projected(rows: Array, points: Array) -> Array:
-    """The points (n, 3) of solids, rows (n, 17), nearest to given points."""
+    """The points (n, 3) of solids, rows (n, ROW), nearest to given points."""
     axes, size = rows[:, :9].reshape(-1, 3, 3), rows[:, 12:15]
     local = np.einsum("nij,nj->ni", axes, points - rows[:, 9:12])
     box = np.clip(local, -size, size)
     aside = np.maximum(np.hypot(local[:, 0], local[:, 1]), 1e-300)
     rod = local * np.minimum(1, size[:, 0] / aside)[:, None]
     rod[:, 2] = np.clip(local[:, 2], -size[:, 1], size[:, 1])
-    out = np.maximum(np.linalg.norm(local, axis=1), 1e-300)
-    ball = local * np.minimum(1, size[:, 0] / out)[:, None]
-    kinds = rows[:, 16].astype(int)
-    nearest = np.choose(kinds[:, None], [box, rod, ball])
+    core = np.choose(rows[:, 16].astype(int)[:, None], [box, rod, np.zeros_like(local)])
+    out = np.maximum(np.linalg.norm(local - core, axis=1), 1e-300)
+    nearest = core + (local - core) * np.minimum(1, rows[:, 17] / out)[:, None]
     back: Array = np.einsum("nij,ni->nj", axes, nearest) + rows[:, 9:12]
     return back
 
@@ -224,7 +232,7 @@ def test_at_least_most_where_that_is_proved_and_else_the_distance() -> None:
 
 
 @pytest.mark.parametrize("b", [SQUARE, ROD, Cylinder(0.5, 0.02), Sphere(0.2)], ids=repr)
-@pytest.mark.parametrize("a", [SQUARE, ROD, Sphere(0.1)], ids=repr)
+@pytest.mark.parametrize("a", [SQUARE, ROD, PILL, Sphere(0.1)], ids=repr)
 def test_no_distance_where_they_overlap(a: Convex, b: Convex) -> None:
     rng = np.random.default_rng(0)
     assert between(a, at(), b, at()) == 0
@@ -237,7 +245,7 @@ def test_no_distance_where_they_overlap(a: Convex, b: Convex) -> None:
 @pytest.mark.parametrize("solid", [SQUARE, Box(np.array([0.1, 0.2, 0.3]), np.ones(3)), ROD])
 def test_moved_rows_are_those_of_moved_solids(solid: Convex) -> None:
     offset, pose = at((0.1, 0.2, -0.3), (0.2, 0.4, 1.0)), at((0.7, -1.2, 0.4), TILT)
-    out = np.empty(17)
+    out = np.empty(ROW)
     moved(solid.distance_row(offset), pose[:3], out)
     np.testing.assert_allclose(out, solid.distance_row(pose @ offset), atol=1e-14)
 
@@ -257,6 +265,6 @@ def test_the_least_distance_is_that_of_the_nearest() -> None:
 
 def test_a_solid_is_put_where_a_pose_carries_it() -> None:
     there, carried = at((1, -2, 0.5), TILT), at((0.3, 0.1, -0.2), (1.0, 0.2, -0.4))
-    for solid in (ROD, SQUARE, Sphere(0.4)):
+    for solid in (ROD, SQUARE, PILL, Sphere(0.4)):
         found = put(solid.distance_row(carried), there[:3, :3], there[:3, 3])
         assert found == pytest.approx(solid.distance_row(there @ carried))

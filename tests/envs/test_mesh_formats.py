@@ -8,27 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from dae_files import dae, geometry, polygons, polylist
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mesh_files import PRISM, WALL, area, prism, read, refusal, volume
 
 from envs import InputError
-from envs.files.mesh_file import FileMesh, read_mesh
+from envs.files.mesh_file import read_mesh
 from envs.files.mesh_formats.polygons import Polygons, strips_to_triangles
 from envs.problem import Array
-
-PRISM = [(0, 0), (4, 0), (4, 4), (3, 4), (3, 1), (1, 1), (1, 4), (0, 4)]
-"""A U, whose fans from any corner leave it."""
-
-WALL = [(0, 0), (2, 0), (2, 2), (3, 2), (3, 0), (5, 0), (5, 3), (0, 3)]
-"""With a doorway."""
-
-
-def prism(outline: list[tuple[int, int]]) -> tuple[Array, list[list[int]]]:
-    """Vertices and polygons of an outline (x, y), anticlockwise, one high."""
-    n = len(outline)
-    vertices = np.array([(x, y, z) for z in (0.0, 1.0) for x, y in outline])
-    sides = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
-    return vertices, [list(range(n))[::-1], list(range(n, 2 * n)), *sides]
 
 
 def as_obj(vertices: Array, faces: list[list[int]]) -> bytes:
@@ -91,6 +79,14 @@ def as_big_endian_ply(vertices: Array, faces: list[list[int]]) -> bytes:
     return as_binary_ply(vertices, faces, ">")
 
 
+def as_dae(vertices: Array, faces: list[list[int]]) -> bytes:
+    return dae(geometry(vertices, polylist(faces)))
+
+
+def as_polygons_of_dae(vertices: Array, faces: list[list[int]]) -> bytes:
+    return dae(geometry(vertices, polygons(faces)))
+
+
 WRITERS = {
     "a.obj": as_obj,
     "relative.obj": as_relative_obj,
@@ -99,28 +95,9 @@ WRITERS = {
     "text.ply": as_ascii_ply,
     "binary.ply": as_binary_ply,
     "big.ply": as_big_endian_ply,
+    "a.dae": as_dae,
+    "polygons.dae": as_polygons_of_dae,
 }
-
-
-def read(tmp_path: Path, name: str, content: bytes) -> FileMesh:
-    file = tmp_path / name
-    file.write_bytes(content)
-    return read_mesh(file)
-
-
-def refusal(tmp_path: Path, name: str, content: bytes) -> str:
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, name, content)
-    assert name in str(caught.value)
-    return str(caught.value)
-
-
-def area(mesh: FileMesh) -> float:
-    return float(trimesh.Trimesh(mesh.vertices, mesh.faces).area)
-
-
-def volume(mesh: FileMesh) -> float:
-    return float(trimesh.Trimesh(mesh.vertices, mesh.faces).volume)
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -267,7 +244,7 @@ def test_32_bits_that_are_too_coarse_are_refused(ending: str, tmp_path: Path) ->
         read_mesh(file)
 
 
-@pytest.mark.parametrize("ending", ["obj", "off", "stl", "glb"])
+@pytest.mark.parametrize("ending", ["obj", "off", "stl", "glb", "dae"])
 @pytest.mark.parametrize("size", [1e-7, 1e5])
 def test_sizes_do_not_matter(ending: str, size: float, tmp_path: Path) -> None:
     file = tmp_path / f"ball.{ending}"

@@ -20,7 +20,7 @@ from envs.collision.primitive_sdf import (
     normal_at,
     scene_arrays,
 )
-from envs.collision.shapes import Box, Cylinder, Mesh, Obstacle, PlacedShape, Solid, Sphere
+from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, PlacedShape, Solid, Sphere
 from envs.problem import Array
 
 SOLIDS: dict[str, Solid] = {
@@ -29,6 +29,7 @@ SOLIDS: dict[str, Solid] = {
     "rod": Cylinder(0.05, 1.0),
     "disc": Cylinder(0.4, 0.03),
     "ball": Sphere(0.3),
+    "pill": Capsule(0.1, 0.8),
 }
 LOWER, UPPER = np.array([-0.9, -0.6, -0.6]), np.array([0.9, 0.7, 0.6])
 
@@ -60,8 +61,9 @@ def surface(solid: Solid) -> trimesh.Trimesh:
 
 def about(solid: Solid, pose: Array, rng: np.random.Generator, n: int) -> Array:
     """Points (n, 3) in a box about a solid, a third of them or more within it."""
-    if isinstance(solid, Sphere):
-        low, high = np.full((2, 3), solid.radius) * [[-1], [1]]
+    if isinstance(solid, Sphere | Capsule):
+        high = solid.triangulate().bounds[1]
+        low = -high
     else:
         low, high = surface(solid).bounds
     margin = 0.1 * (high - low)
@@ -71,8 +73,10 @@ def about(solid: Solid, pose: Array, rng: np.random.Generator, n: int) -> Array:
 def signed(solid: Solid, pose: Array, points: Array) -> Array:
     """Signed distances by libigl, or in closed form."""
     local = (points - pose[:3, 3]) @ pose[:3, :3]
-    if isinstance(solid, Sphere):
-        away: Array = np.linalg.norm(local, axis=1) - solid.radius
+    if isinstance(solid, Sphere | Capsule):
+        half = solid.length / 2 if isinstance(solid, Capsule) else 0.0
+        beyond = local - np.clip(local, [0, 0, -half], [0, 0, half])
+        away: Array = np.linalg.norm(beyond, axis=1) - solid.radius
         return away
     mesh = surface(solid)
     queries = MeshQueries(Mesh(mesh.vertices, mesh.faces))
@@ -93,6 +97,10 @@ def signed(solid: Solid, pose: Array, points: Array) -> Array:
         ("rod", [0, 0.35, 0.9], 0.5),  # off the rim
         ("rod", [0, 0, 0], -0.05),
         ("rod", [0.01, 0, 0.49], -0.01),
+        ("pill", [1.1, 0, 0.3], 1),  # beside it
+        ("pill", [0, 0.3, -0.8], 0.4),  # off an end
+        ("pill", [0, 0, 0.1], -0.1),
+        ("pill", [0, 0, 0.45], -0.05),
         ("ball", [0, 0.6, 0.8], 0.7),
         ("ball", [0.1, 0, 0], -0.2),
     ],

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from envs import InputError
-from envs.collision.shapes import Box, Cylinder, Mesh, Sphere
+from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from envs.scenes.scene_file import read_scene
 
 GOOD = """
@@ -21,6 +21,7 @@ obstacles:
   - cylinder: [0.05, 0.4]
     position: [0, 1, 0]
     rpy: [1.5707963267948966, 0, 1.5707963267948966]
+  - capsule: [0.04, 0.3]
   - mesh: solids/shelf.stl
     scale: 0.001
     rpy: [0, 0, 3]
@@ -46,7 +47,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_every_kind_of_obstacle_is_read(folder: Path) -> None:
-    box, sphere, cylinder, mesh = read_scene(written(folder, GOOD))
+    box, sphere, cylinder, capsule, mesh = read_scene(written(folder, GOOD))
     assert isinstance(box.solid, Box)
     assert box.solid.center.tolist() == [0, 0, 0]
     assert box.solid.sides.tolist() == [0.6, 1.2, 0.05]
@@ -55,6 +56,7 @@ def test_every_kind_of_obstacle_is_read(folder: Path) -> None:
     assert sphere.solid == Sphere(0.1)
     assert (sphere.pose == np.eye(4)).all()
     assert cylinder.solid == Cylinder(0.05, 0.4)
+    assert capsule.solid == Capsule(0.04, 0.3)
     # Rolled, its axis points to -y; yawed then, to x.
     expected = [[0, 0, 1, 0], [1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 0, 1]]
     assert cylinder.pose == pytest.approx(np.array(expected), abs=1e-15)
@@ -121,6 +123,8 @@ BAD_OBSTACLES = {
     "huge sphere": ("{sphere: 1" + "0" * 400 + "}", "must be finite"),
     "long cylinder": ("{cylinder: [1, 2, 3]}", "cylinder must be a list of 2"),
     "thin cylinder": ("{cylinder: [0, 2]}", "cylinder must be above 0"),
+    "short capsule": ("{capsule: [1]}", "capsule must be a list of 2"),
+    "capsule without length": ("{capsule: [1, 0]}", "capsule must be above 0"),
     "long name of a mesh": ("{mesh: " + "a" * 300 + ".stl}", "no such file"),
     "far sphere": ("{sphere: 1, position: [1.0e+307, 0, 0]}", "at most 1e+06"),
     "number as mesh": ("{mesh: 3}", "must name a file"),

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from envs.collision import mesh, mesh_tree
 from envs.collision.fcl_model import CollisionModel
 from envs.collision.separation import least_separation, separations, shapes_of
-from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape, Solid, Sphere
+from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, PlacedShape, Solid, Sphere
 from envs.problem import Array
 from envs.robots.point import PointRobot
 
@@ -32,6 +32,7 @@ def as_mesh(one: trimesh.Trimesh) -> Mesh:
 SOLIDS: dict[str, tuple[Solid, Any]] = {
     "box": (Box(np.zeros(3), np.array([0.2, 0.1, 0.04])), coal.Box(0.2, 0.1, 0.04)),
     "cylinder": (Cylinder(0.03, 0.3), coal.Cylinder(0.03, 0.3)),
+    "capsule": (Capsule(0.03, 0.3), coal.Capsule(0.03, 0.3)),
     "ball": (Sphere(0.05), coal.Sphere(0.05)),
     "egg": (as_mesh(EGG), coal_mesh(EGG.vertices, EGG.faces)),
     "rod": (as_mesh(ROD), coal_mesh(ROD.vertices, ROD.faces)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -20,9 +21,10 @@ from envs.collision.shapes import (
     BOX,
     CYLINDER,
     MESH,
+    POINT,
     SIZED,
-    SPHERE,
     Box,
+    Capsule,
     Cylinder,
     Mesh,
     PlacedShape,
@@ -40,6 +42,7 @@ _BLOCK = trimesh.creation.box((0.4, 0.6, 0.8))
 SOLIDS: dict[str, Solid] = {
     "sphere": Sphere(0.3),
     "cylinder": Cylinder(0.2, 1.0),
+    "capsule": Capsule(0.2, 1.0),
     "box": Box(np.array([0.1, -0.2, 0.3]), np.array([0.4, 0.6, 0.8])),
     "mesh": Mesh(_BLOCK.vertices, _BLOCK.faces),
 }
@@ -56,6 +59,7 @@ def test_all_kinds_are_here() -> None:
     [
         ("sphere", ["sphere", 0.3]),
         ("cylinder", ["cylinder", 0.2, 1.0]),
+        ("capsule", ["capsule", 0.2, 1.0]),
         ("box", ["box", [0.1, -0.2, 0.3], [0.4, 0.6, 0.8]]),
         ("mesh", ["mesh", Mesh(_BLOCK.vertices, _BLOCK.faces).digest]),
     ],
@@ -68,23 +72,24 @@ def test_definitions_are_what_fingerprints_were_made_of(name: str, expected: lis
 
 
 @pytest.mark.parametrize(
-    ("name", "center", "size", "kind"),
+    ("name", "center", "size", "radius", "core"),
     [
-        ("sphere", [1, 2, 3], [0.3, 0, 0], SPHERE),
-        ("cylinder", [1, 2, 3], [0.2, 0.5, 0], CYLINDER),
-        ("box", [1.2, 2.1, 3.3], [0.2, 0.3, 0.4], BOX),
+        ("sphere", [1, 2, 3], [0, 0, 0], 0.3, POINT),
+        ("cylinder", [1, 2, 3], [0.2, 0.5, 0], 0, CYLINDER),
+        ("capsule", [1, 2, 3], [0, 0, 0.5], 0.2, BOX),
+        ("box", [1.2, 2.1, 3.3], [0.2, 0.3, 0.4], 0, BOX),
     ],
 )
 def test_rows_of_sized_solids(
-    name: str, center: list[float], size: list[float], kind: float
+    name: str, center: list[float], size: list[float], radius: float, core: float
 ) -> None:
     pose = at(1, 2, 3, 0, 0, np.pi / 2)
     row = SOLIDS[name].distance_row(pose)
     assert row[:9].reshape(3, 3) == pytest.approx(pose[:3, :3].T)
     assert row[9:12] == pytest.approx(center)
     assert row[12:15] == pytest.approx(size)
-    assert row[15] == pytest.approx(np.linalg.norm(size))
-    assert row[16] == kind
+    assert row[15] == pytest.approx(np.linalg.norm(size) + radius)
+    assert row[16:].tolist() == [core, radius]
 
 
 def test_the_row_of_a_mesh_has_a_sphere_that_holds_it() -> None:
@@ -140,13 +145,9 @@ class Cube(SizedSolid):
     """A kind of shape that nobody else knows."""
 
     kind: ClassVar[str] = "cube"
-    sizes: ClassVar[int] = 1
+    sizes: ClassVar[Mapping[str, int]] = {"side": 1}
 
     side: float
-
-    @classmethod
-    def of_sizes(cls, sizes: Any) -> Cube:
-        return cls(*sizes)
 
     def _box(self) -> Box:
         return Box(np.zeros(3), np.full(3, self.side))

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from envs import InputError
-from envs.collision.shapes import Box, Cylinder, Mesh, Solid, Sphere, Spheres
+from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, Solid, Sphere, Spheres
 from envs.problem import Array
 
 SLACK = 0.005
@@ -34,6 +34,11 @@ def points_of(solid: Solid, n: int = 2000) -> Array:
     way /= np.linalg.norm(way, axis=1)[:, None]
     if isinstance(solid, Sphere):
         return share * solid.radius * way
+    if isinstance(solid, Capsule):
+        along = (
+            np.sign(way[:, 2:]) * [0, 0, solid.length / 2] * rng.uniform(0, 2, (n, 1)).clip(0, 1)
+        )
+        return share * solid.radius * way + along
     # The sphere blown up to a cylinder: rims have points of their own.
     side = np.maximum(np.linalg.norm(way[:, :2], axis=1), 1e-9)[:, None]
     way = way / np.maximum(side, np.abs(way[:, 2:]))
@@ -76,6 +81,16 @@ def test_cylinders_are_covered_and_their_sides_kept_to_the_slack(
     assert spheres.radii.max() <= radius + SLACK + 1e-12
     ends = (np.abs(spheres.centers[:, 2]) + spheres.radii).max()
     assert ends <= length / 2 + radius + SLACK, "no farther than a sphere is wide"
+
+
+@given(SIZE, SIZE)
+@settings(max_examples=50, deadline=None)
+def test_capsules_are_covered_and_kept_to_the_slack(radius: float, length: float) -> None:
+    spheres = assert_held(Capsule(radius, length))
+    assert (spheres.centers[:, :2] == 0).all()
+    assert spheres.radii.max() <= radius + SLACK + 1e-12
+    ends = (np.abs(spheres.centers[:, 2]) + spheres.radii).max()
+    assert ends <= length / 2 + radius + SLACK + 1e-12
 
 
 def test_a_tighter_cover_of_a_cylinder_has_more_spheres() -> None:
@@ -133,7 +148,8 @@ def test_vertices_that_no_face_names_do_not_matter() -> None:
 
 
 @pytest.mark.parametrize(
-    "solid", [Cylinder(1e-9, 1e6), Box(np.zeros(3), np.array([1e6, 300.0, 1e-3]))]
+    "solid",
+    [Cylinder(1e-9, 1e6), Capsule(1e-9, 1e6), Box(np.zeros(3), np.array([1e6, 300.0, 1e-3]))],
 )
 def test_what_would_take_too_many_is_refused(solid: Solid) -> None:
     with pytest.raises(InputError, match=r"would take .* is its size in metres\?"):

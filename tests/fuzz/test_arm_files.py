@@ -26,7 +26,10 @@ URDFS = (
             "upper", collision('<cylinder radius="0.04" length="0.4"/>', '<origin xyz="0 0 0.2"/>')
         ),
         link(
-            "fore", collision('<box size="0.05 0.05 0.3"/>') + collision('<sphere radius="0.1"/>')
+            "fore",
+            collision('<box size="0.05 0.05 0.3"/>')
+            + collision('<sphere radius="0.1"/>')
+            + collision('<capsule radius="0.05" length="0.2"/>'),
         ),
         link("tool", ""),
         joint("shoulder", "base", "upper", inside='<origin xyz="0 0 0.1" rpy="0 1.5 0"/>' + LIMIT),
@@ -52,6 +55,7 @@ SCENES = (
     "  - cylinder: [0.05, 0.8]\n"
     "    position: [-0.3, 0.3, 0.4]\n"
     "  - sphere: 0.1\n"
+    "  - capsule: [0.02, 0.3]\n"
     "  - mesh: cube.stl\n"
     "    scale: 0.001\n"
     "    position: [0, -0.6, 0.2]\n",

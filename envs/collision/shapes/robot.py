@@ -33,7 +33,7 @@ class Robot(Protocol):
 
     @property
     def shapes(self) -> tuple[Solid, ...]:
-        """Its rigid bodies (`Solid`: box, ball, cylinder, mesh), each in its own frame, in
+        """Its rigid bodies (`Solid`: box, ball, cylinder, capsule, mesh), each in its own frame, in
         workspace units; those that move come first."""
 
     @property

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from envs.collision.shapes.solid import BOX, CYLINDER, SPHERE, Solid, Spheres, countable, make_row
+from envs.collision.shapes.solid import BOX, CYLINDER, POINT, Solid, Spheres, countable, make_row
 from envs.problem import Array, frozen_array
 
 if TYPE_CHECKING:
@@ -19,22 +18,24 @@ if TYPE_CHECKING:
 
 
 class SizedSolid(Solid):
-    """A solid about the origin of its frame, made of a few lengths.
+    """A solid about the origin of its frame, made of a few lengths. Files name it by its kind and
+    these: URDFs as `<cylinder radius="0.05" length="0.4"/>`, scenes as `cylinder: [0.05, 0.4]`.
 
     Class attributes:
-        sizes: how many lengths.
+        sizes: how many lengths each attribute of its URDF element has, in the order of scene files;
+            lengths are above 0.
     """
 
-    sizes: ClassVar[int]
+    sizes: ClassVar[Mapping[str, int]]
 
     @classmethod
-    @abstractmethod
     def of_sizes(cls, sizes: Sequence[float]) -> SizedSolid:
-        """That of so many lengths.
+        """That of all its lengths, in order.
 
         Raises:
             ValueError: one of them cannot be.
         """
+        return cls(*sizes)
 
 
 @dataclass(frozen=True)
@@ -42,17 +43,13 @@ class Sphere(SizedSolid):
     """A solid sphere about the origin of the frame it is placed in."""
 
     kind: ClassVar[str] = "sphere"
-    sizes: ClassVar[int] = 1
+    sizes: ClassVar[Mapping[str, int]] = {"radius": 1}
 
     radius: float
 
     def __post_init__(self) -> None:
         if not (self.radius >= 0 and np.isfinite(self.radius)):
             raise ValueError(f"a sphere's radius must be finite and >= 0, not {self.radius}")
-
-    @classmethod
-    def of_sizes(cls, sizes: Sequence[float]) -> Sphere:
-        return cls(*sizes)
 
     def definition(self) -> list[Any]:
         return [self.kind, self.radius]
@@ -64,7 +61,7 @@ class Sphere(SizedSolid):
         return Spheres(np.zeros((1, 3)), np.array([self.radius]))
 
     def distance_row(self, pose: Array) -> Array:
-        return make_row(SPHERE, pose[:3, :3], pose[:3, 3], np.array([self.radius, 0.0, 0.0]))
+        return make_row(POINT, pose[:3, :3], pose[:3, 3], np.zeros(3), self.radius)
 
     def triangulate(self) -> trimesh.Trimesh:
         import trimesh
@@ -83,7 +80,7 @@ class Cylinder(SizedSolid):
     """A solid cylinder along the z axis of the frame it is placed in, its middle at the origin."""
 
     kind: ClassVar[str] = "cylinder"
-    sizes: ClassVar[int] = 2
+    sizes: ClassVar[Mapping[str, int]] = {"radius": 1, "length": 1}
 
     radius: float
     length: float
@@ -94,10 +91,6 @@ class Cylinder(SizedSolid):
                 "a cylinder's radius and length must be finite and positive, not "
                 f"{self.radius} and {self.length}"
             )
-
-    @classmethod
-    def of_sizes(cls, sizes: Sequence[float]) -> Cylinder:
-        return cls(*sizes)
 
     def definition(self) -> list[Any]:
         return [self.kind, self.radius, self.length]
@@ -134,7 +127,7 @@ class Box(SizedSolid):
     """A solid box along the axes of its frame: `center` (3,) there, full `sides` (3,)."""
 
     kind: ClassVar[str] = "box"
-    sizes: ClassVar[int] = 3
+    sizes: ClassVar[Mapping[str, int]] = {"size": 3}
     exact_in_fcl: ClassVar[bool] = True
 
     center: Array
@@ -191,7 +184,3 @@ class Box(SizedSolid):
         import fcl
 
         return fcl.Box(*self.sides)
-
-
-SIZED: dict[str, type[SizedSolid]] = {cls.kind: cls for cls in (Box, Sphere, Cylinder)}
-"""By their kinds."""

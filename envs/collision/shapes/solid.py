@@ -1,8 +1,11 @@
 """What is asked of a shape, and the two forms in which others look at it.
 
-As a row of 17 numbers, for compiled code: its axes (3, 3), row by row; its centre (3,); its size
-(3,), which is half the sides of a box, radius, half length and 0 of a cylinder, radius, 0 and 0 of
-a sphere; the radius of a sphere about the centre that holds it; and what it is.
+As a row of `ROW` numbers, for compiled code, it is all points no farther than a radius from a
+convex core: a ball is a point and a radius, a capsule a line and a radius. The row has the axes
+(3, 3) of the core, row by row; its centre (3,); its size (3,), which is half the sides of a box (0
+along an axis makes it a rectangle, 0 along two a line), radius, half length and 0 of a cylinder, 0
+of a point; the radius of a sphere about the centre that holds the shape; what the core is; and the
+radius about the core.
 
 As spheres that cover it, for clearances of millions of configurations: all of it lies within them,
 so distances from them are never more than those from the shape; `slack` bounds how much less they
@@ -20,14 +23,26 @@ import numpy as np
 from envs.errors import InputError
 from envs.problem import Array
 
-BOX, CYLINDER, SPHERE, TRIANGLE, MESH = 0.0, 1.0, 2.0, 3.0, -1.0
-"""What a row says that it is; the last of them stands for a mesh. A triangle's has its corners from
-its centre in place of axes, and size 0."""
+BOX, CYLINDER, POINT, TRIANGLE, MESH = 0.0, 1.0, 2.0, 3.0, -1.0
+"""What a row says that its core is; the last of them stands for a mesh. A triangle's has its
+corners from its centre in place of axes, and size 0."""
+
+ROW = 18
+"""Numbers of a row."""
 
 
-def make_row(kind: float, turn: Array, center: Array, size: Array) -> Array:
-    """The row (17,) of a solid about a centre (3,), after a rotation (3, 3)."""
-    return np.concatenate([turn.T.ravel(), center, size, [np.linalg.norm(size), kind]])
+def make_row(core: float, turn: Array, center: Array, size: Array, radius: float = 0.0) -> Array:
+    """The row (`ROW`,) of a solid.
+
+    Args:
+        core: `BOX`, `CYLINDER` or `POINT`.
+        turn: (3, 3), the rotation of the core.
+        center: (3,) of the core, where that puts it.
+        size: (3,) of the core, see the module.
+        radius: how far about the core the solid reaches.
+    """
+    held = np.linalg.norm(size) + radius
+    return np.concatenate([turn.T.ravel(), center, size, [held, core, radius]])
 
 
 _MOST_SPHERES = 50_000
@@ -116,7 +131,8 @@ class Solid(ABC):
 
     @abstractmethod
     def distance_row(self, pose: Array) -> Array:
-        """The row (17,), see `distance_row`, with its frame at a pose (4, 4) or (3, 4)."""
+        """Its row (`ROW`,), see the module and `make_row`, with its frame at a pose (4, 4) or
+        (3, 4)."""
 
     @abstractmethod
     def triangulate(self) -> trimesh.Trimesh:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.shapes.solid import MESH, Solid, Spheres
+from envs.collision.shapes.solid import MESH, ROW, Solid, Spheres
 from envs.grid import cells_of
 from envs.problem import Array, frozen_array
 
@@ -93,7 +93,7 @@ class Mesh(Solid):
     def distance_row(self, pose: Array) -> Array:
         """With but the centre and the radius of a sphere that holds it."""
         center, radius = self.bounding_sphere()
-        row = np.zeros(17)
+        row = np.zeros(ROW)
         row[9:12] = pose[:3, :3] @ center + pose[:3, 3]
         row[15], row[16] = radius * (1 + 1e-12), MESH
         return row

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from envs.errors import brief
-from envs.files.mesh_formats.polygons import Ints, strips_to_triangles
+from envs.files.mesh_formats.polygons import Ints, fans_to_triangles, strips_to_triangles
 from envs.files.mesh_formats.soup import (
     MOST_FACES,
     Soup,
@@ -21,6 +21,7 @@ from envs.files.mesh_formats.soup import (
     check_corners,
     check_not_coarse,
     joined,
+    moved,
 )
 from envs.problem import Array
 
@@ -56,7 +57,7 @@ def read(path: Path) -> Soup:
     placed = _placed(content)
     _check_size(content, [mesh for mesh, _ in placed])
     meshes = {mesh: _mesh(content, mesh, accessors) for mesh, _ in placed}
-    return joined([_moved(meshes[mesh], pose) for mesh, pose in placed])
+    return joined([moved(meshes[mesh], pose) for mesh, pose in placed])
 
 
 def _chunks(data: bytes) -> tuple[dict[str, Any], bytes]:
@@ -176,19 +177,10 @@ def _triangles(order: Ints, mode: int) -> Ints:
     if mode == _STRIP:
         return strips_to_triangles(order)
     if mode == _FAN:
-        middle = np.full(max(len(order) - 2, 0), order[0] if len(order) else 0)
-        return np.stack([order[1:-1], order[2:], middle], axis=1)
+        return fans_to_triangles(order)
     if mode != _TRIANGLES or len(order) % 3:
         raise UnreadableError(f"it has {len(order)} corners of triangles (mode {mode})")
     return order.reshape(-1, 3)
-
-
-def _moved(soup: Soup, pose: Array) -> Soup:
-    """A mesh placed; where that mirrors it, its faces are turned round."""
-    if (pose == np.eye(4)).all():
-        return soup
-    faces = soup.faces[:, ::-1] if np.linalg.det(pose[:3, :3]) < 0 else soup.faces
-    return Soup(soup.vertices @ pose[:3, :3].T + pose[:3, 3], faces)
 
 
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}

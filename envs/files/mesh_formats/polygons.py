@@ -144,6 +144,13 @@ def _axes(normal: Array) -> Array:
     return np.stack([first, np.cross(normal, first)], axis=1)
 
 
+def fans_to_triangles(fan: Ints) -> Ints:
+    """The triangles (m, 3) of a fan (k,): each corner but the first two makes one with the one
+    before it and the first."""
+    middle = np.full(max(len(fan) - 2, 0), fan[0] if len(fan) else 0)
+    return np.stack([fan[1:-1], fan[2:], middle], axis=1)
+
+
 def strips_to_triangles(strip: Ints) -> Ints:
     """The triangles (m, 3) of a strip (k,): each corner makes one with the two before it, and every
     other one is turned round. Negative numbers begin another strip."""

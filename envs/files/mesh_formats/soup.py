@@ -60,6 +60,14 @@ def joined(soups: list[Soup]) -> Soup:
     )
 
 
+def moved(soup: Soup, pose: Array) -> Soup:
+    """A mesh after a pose (4, 4); where that mirrors it, its faces are turned round."""
+    if (pose == np.eye(4)).all():
+        return soup
+    faces = soup.faces[:, ::-1] if np.linalg.det(pose[:3, :3]) < 0 else soup.faces
+    return Soup(soup.vertices @ pose[:3, :3].T + pose[:3, 3], faces, soup.notes)
+
+
 def check_finite(vertices: Array) -> None:
     """Raises UnreadableError unless all coordinates (n, 3) are numbers to reckon with."""
     if not (np.abs(vertices) <= _FARTHEST).all():
