@@ -75,14 +75,14 @@ class ArmShape:
 
     def tips(self, q: Array) -> Array:
         """Where the tip of the tool is, (n, 3), at configurations (n, d)."""
-        poses = self._arm.chain.forward(q)[:, -1]
+        poses = self._arm.tree.forward(q)[:, -1]
         found: Array = poses[:, :3, :3] @ self._tip + poses[:, :3, 3]
         return found
 
     def _tip_of_last_link(self) -> Array:
         """Its frame's origin, as of a tool without solids, or the far end of the solids that move
         with it, whichever is farther from the last joint: (3,) in its frame."""
-        last = self._arm.chain.links[-1]
+        last = self._arm.tree.links[-1]
         to_link = np.linalg.inv(last.offset)
         carried = [part.placed for part in self._arm.parts if part.body == last.body]
         corners = triangles_of(carried).reshape(-1, 3)
@@ -97,7 +97,7 @@ class ArmShape:
 def _stand(arm: Arm) -> list[PlacedShape]:
     """What holds an arm up of which the base's solids are not known: from the origin to the first
     joint."""
-    to_joint = arm.chain.joints[0].origin[:3, 3]
+    to_joint = arm.tree.joints[0].origin[:3, 3]
     height = float(np.linalg.norm(to_joint))
     if height < 1e-3:
         return []

@@ -114,7 +114,7 @@ def region_about(drawn: Array, arm: Arm, surfaces: Sequence[Array]) -> Region:
     """What holds points (n, 3), and whole those of the obstacles within reach that are not much
     larger, as tables, floors and rooms are."""
     reach = float(arm.arrays.reach.max())
-    at = arm.chain.joints[0].origin[:3, 3]
+    at = arm.tree.joints[0].origin[:3, 3]
     held = [drawn]
     for corners in (surface.reshape(-1, 3) for surface in surfaces):
         low, high = corners.min(axis=0), corners.max(axis=0)

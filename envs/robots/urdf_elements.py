@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -37,6 +38,7 @@ _READ_OF_JOINT = {
 _NEEDED = {
     "parent": ("link",),
     "child": ("link",),
+    "mimic": ("joint",),
     "box": ("size",),
     "cylinder": ("radius", "length"),
     "sphere": ("radius",),
@@ -53,6 +55,8 @@ _NUMBERS = {
     "length": (1,),
     "lower": (1,),
     "upper": (1,),
+    "multiplier": (1,),
+    "offset": (1,),
     "soft_lower_limit": (1,),
     "soft_upper_limit": (1,),
 }
@@ -78,11 +82,28 @@ def parsed(file: Path) -> Any:
             it must have or holds something else than finite numbers of at most `LARGEST`. Does not
             name the file.
     """
+    read = _as_read(read_xml(file, "URDF"))
+    _check_elements(read)
+    try:
+        # Not the file, which yourdfpy's own parser may read otherwise, or log that it cannot.
+        text = io.BytesIO(ElementTree.tostring(read))
+        return yourdfpy.URDF.load(text, build_scene_graph=False, load_meshes=False).robot
+    except _STUMBLES as error:
+        raise InputError(f"not valid URDF, mend it ({reason(error)})") from error
+
+
+def read_xml(file: Path, kind: str) -> ElementTree.Element:
+    """The <robot> of a file of a kind, URDF or SRDF, which is checked no further.
+
+    Raises:
+        InputError: there is no such file, or it is not well-formed XML, or holds something else.
+            Does not name the file.
+    """
     if not exists(file.is_file):
         raise InputError("no such file")
     size = file.stat().st_size
     if size > _MOST_BYTES:
-        raise InputError(f"has {size} bytes; URDFs of at most {_MOST_BYTES} are read")
+        raise InputError(f"has {size} bytes; {kind}s of at most {_MOST_BYTES} are read")
     try:
         root = _tree(file.read_bytes())
     except InputError:
@@ -91,15 +112,8 @@ def parsed(file: Path) -> Any:
         raise InputError(f"not well-formed XML ({error}); mend it there") from error
     except (OSError, ValueError, LookupError) as error:  # the last two: encodings
         raise InputError(f"cannot be read: {error}") from error
-    _check_root(root)
-    read = _as_read(root)
-    _check_elements(read)
-    try:
-        # Not the file, which yourdfpy's own parser may read otherwise, or log that it cannot.
-        text = io.BytesIO(ElementTree.tostring(read))
-        return yourdfpy.URDF.load(text, build_scene_graph=False, load_meshes=False).robot
-    except _STUMBLES as error:
-        raise InputError(f"not valid URDF, mend it ({reason(error)})") from error
+    _check_root(root, kind)
+    return root
 
 
 def _tree(content: bytes) -> ElementTree.Element:
@@ -138,13 +152,14 @@ class _ShallowTree(ElementTree.TreeBuilder):
         return super().end(tag)
 
 
-def _check_root(root: ElementTree.Element) -> None:
+def _check_root(root: ElementTree.Element, kind: str) -> None:
     declared = (key for key, uri in root.items() if "xacro" in uri and key.startswith("xmlns:"))
     prefixes = ("xacro:", *(f"{key.removeprefix('xmlns:')}:" for key in declared))
     if any(element.tag.startswith(prefixes) for element in root.iter()):
-        raise InputError("has xacro macros in it; expand them first: xacro IN > OUT.urdf")
+        expanded = f"OUT.{kind.lower()}"
+        raise InputError(f"has xacro macros in it; expand them first: xacro IN > {expanded}")
     if root.tag != "robot":
-        raise InputError(f"has no <robot> but <{root.tag}> at its top; is it a URDF?")
+        raise InputError(f"has no <robot> but <{root.tag}> at its top; is it a {kind}?")
     if not root.get("name"):
         raise InputError("its <robot> has no name; give it one")
 
@@ -196,7 +211,7 @@ def _check_part(part: ElementTree.Element) -> None:
                 raise InputError(f"its <{element.tag}> has no {key}; add it")
         for key, text in element.items():
             if key in _NUMBERS:
-                _check_numbers(key, text)
+                numbers(key, text, _NUMBERS[key])
 
 
 def _check_shape(tag: str) -> None:
@@ -212,13 +227,22 @@ def _check_origin(origin: ElementTree.Element) -> None:
         raise InputError(f"its <origin> has {key}, which is not read; turn it by rpy")
 
 
-def _check_numbers(key: str, text: str) -> None:
+def numbers(key: str, text: str, counts: Sequence[int] = (1,)) -> list[float]:
+    """The numbers that an attribute holds.
+
+    Args:
+        key, text: the attribute.
+        counts: how many there may be.
+
+    Raises:
+        InputError: it holds something else, or larger ones than `LARGEST`.
+    """
     words = text.split()
     try:
-        usable = all(abs(float(word)) <= LARGEST for word in words)
+        found = [float(word) for word in words]
     except ValueError:
-        usable = False
-    counts = _NUMBERS[key]
-    if not usable or len(words) not in counts:
+        found = []
+    if len(found) not in counts or not all(abs(number) <= LARGEST for number in found):
         wanted = f"{' or '.join(map(str, counts))} finite numbers of at most {LARGEST:g}"
         raise InputError(f"{key}={text!r} must hold {wanted}, spaces between")
+    return found

@@ -90,7 +90,7 @@ def for_arms(env: Environment) -> TimeField:
         env.dimension,
         frequencies=0,
         speed_ratio=_ARM_RATIO,
-        computed=size_of_inputs(env.dimension),
+        computed=size_of_inputs(env),
     )
     return TimeField(made, inputs=ArmInputs(env))
 

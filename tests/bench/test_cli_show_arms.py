@@ -117,7 +117,7 @@ def test_the_tip_and_where_it_goes() -> None:
     assert isinstance(world, ArmWorld)
     shape = ArmShape(world.robot)
     q = np.random.default_rng(0).uniform(world.lower, world.upper, (5, 6))
-    last = world.robot.chain.forward(q)[:, -1]
+    last = world.robot.tree.forward(q)[:, -1]
     assert shape.tips(q) == pytest.approx(last[:, :3, 3] + 0.15 * last[:, :3, 2])
     corner = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 0.0], [3.0, 1.0]])
     expected = [[0, 0], [2, 0], [3, 0], [3, 1]]
