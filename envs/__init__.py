@@ -76,8 +76,8 @@ REGISTRY: Registry[Environment] = Registry(
         Spec(
             "arm",
             "envs.scenes.arms:UserArm",
-            "any serial arm from a URDF among solids from a YAML file (urdf, scene, "
-            "self_collision, geometry)",
+            "any robot from a URDF among solids from a YAML file (urdf, scene, self_collision, "
+            "geometry, srdf, group, tip, joints, state, pose)",
             in_all=False,
         ),
         Spec(

@@ -375,6 +375,15 @@ class Space:
         """Of a path of waypoints (k, size) that are joined by shortest ways."""
         return float(self.distance(waypoints[:-1], waypoints[1:]).sum())
 
+    def unwrapped(self, waypoints: Array) -> Array:
+        """A path of waypoints (k, size) whose numbers, from the first on, change as the shortest
+        ways lead: beyond the bounds of coordinates that wrap. For whoever takes motions to be
+        straight; of a space without rotations."""
+        if self.is_flat:
+            return waypoints
+        steps = self.difference(waypoints[:-1], waypoints[1:])
+        return np.concatenate([waypoints[:1], waypoints[:1] + np.cumsum(steps, axis=0)])
+
     def contains(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, size) are in it, but for rounding, (n,) of bool."""
         inside = [part.contains(x) for part, x, _ in self._pairs(q, q)]

@@ -15,7 +15,7 @@ from envs.collision.fcl_model import CollisionModel
 from envs.collision.shapes import SIZED, Box, Capsule, Cylinder, PlacedShape, Solid, Sphere, Spheres
 from envs.problem import Array
 from envs.robots.arm import Arm, Part, RobotArrays
-from envs.robots.chain import Chain, Joint, Link
+from envs.robots.kinematic_tree import Joint, KinematicTree, Link
 
 ARMS = ("arm4", "arm5", "arm6")
 
@@ -59,7 +59,7 @@ def arm_of(joints: list[Joint], *parts: Part, self_collision: bool = False) -> A
         Link(f"l{body}", body, np.eye(4), f"l{body - 1}" if body else "")
         for body in range(len(joints) + 1)
     )
-    return Arm(Chain(tuple(joints), links), parts, self_collision)
+    return Arm(KinematicTree.serial(tuple(joints), links), parts, self_collision)
 
 
 def ball(body: int, radius: float, x: float, y: float = 0, z: float = 0) -> Part:
@@ -100,5 +100,5 @@ def within(arm: Arm) -> RobotArrays:
     with pytest.MonkeyPatch.context() as patch:
         for kind in SIZED.values():
             patch.setattr(kind, "sphere_cover", spheres_within)
-        arrays = Arm(arm.chain, arm.parts, arm.self_collision).arrays
+        arrays = Arm(arm.tree, arm.parts, arm.self_collision).arrays
     return arrays._replace(pairs=arm.arrays.pairs)

@@ -62,7 +62,7 @@ class ExactArm:
             shift = shift + turn @ placed.solid.center
         pose = pinocchio.SE3(turn, shift)
         self._shapes.addGeometryObject(
-            pinocchio.GeometryObject(name, 0, 0, pose, _geometry(placed.solid))
+            pinocchio.GeometryObject(name, 0, 0, pose, coal_geometry(placed.solid))
         )
 
     def _take_pairs(self) -> None:
@@ -195,7 +195,7 @@ class _Solid:
         return False
 
 
-def _geometry(solid: Any) -> Any:
+def coal_geometry(solid: Any) -> Any:
     if isinstance(solid, Box):
         return coal.Box(*solid.sides)
     if isinstance(solid, Cylinder):

@@ -108,7 +108,7 @@ def _duration(
     env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
 ) -> float | None:
     limits = env.velocity_limits
-    return None if limits is None else traversal_time(path, limits)
+    return None if limits is None else traversal_time(env.space.unwrapped(path), limits)
 
 
 METRICS = (

@@ -40,9 +40,8 @@ LowerBounds = Callable[[Array], Array]
 class CollisionModel:
     """A robot among solid obstacles, with a broad phase over the obstacles.
 
-    The distances between a robot's own shapes change no faster than its `motion_bound` either: it
-    bounds the motion of each of them, and the faster of two moves by what the joints between them
-    add to the motion of the other.
+    The distances between a robot's own shapes that must not touch each other change no faster than
+    its `motion_bound` either.
 
     FCL's primitive shapes are solid, so a robot wholly inside one is in collision. Its meshes are
     surfaces: whether the robot is on the right side of one is what `allowed` says.

@@ -1,7 +1,8 @@
 """Which links of an arm may touch each other: its allowed collision matrix.
 
-Links may touch that are neighbours by a joint, and those that are in contact in every one of some
-thousands of configurations. All others are checked, whether or not they were ever seen to touch.
+Links may touch that are neighbours by a joint, or by several with nothing solid between; those that
+are in contact in every one of some thousands of configurations; and those that are told to, as by
+an SRDF file. All others are checked, whether or not they were ever seen to touch.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from envs.collision.separation import Shapes, separations
 from envs.collision.shapes import Mesh, PlacedShape
 from envs.compiled import njit_cached
 from envs.problem import Array
-from envs.robots.chain import Chain, body_poses
+from envs.robots.kinematic_tree import KinematicTree, body_poses
 from envs.seeding import stream
 
 _SAMPLES = 2048
@@ -50,39 +51,45 @@ def no_pairs(parts: int) -> LinkPairs:
 
 
 def link_pairs(
-    chain: Chain,
+    tree: KinematicTree,
     bodies: NDArray[np.int64],
     links: Sequence[str],
     placed: Sequence[PlacedShape],
     shapes: Shapes,
+    allowed: Collection[frozenset[str]],
 ) -> LinkPairs:
     """Which parts must not touch each other.
 
     Args:
-        chain: the arm's kinematics.
+        tree: the arm's kinematics.
         bodies, links: (p,) that the parts belong to.
         placed: (p,) the parts in the bodies' frames.
         shapes: the same for compiled code.
+        allowed: pairs of names of links that are told to be allowed to.
     """
     pairs = no_pairs(len(bodies))
-    joined = neighbours(chain, set(links))
-    q = _random_configurations(chain)
+    joined = neighbours(tree, set(links))
+    q = _random_configurations(tree)
     for i, j in combinations(range(len(bodies)), 2):
-        if bodies[i] == bodies[j] or (links[i], links[j]) in joined:
+        if bodies[i] == bodies[j] or frozenset((links[i], links[j])) in allowed:
             continue
-        apart = _farthest(chain, bodies, placed, shapes, (i, j), q)
+        # Two arms on a frame without solids are not joined to each other.
+        on_one_way = tree.branch(bodies[i], bodies[j]) in (bodies[i], bodies[j])
+        if on_one_way and (links[i], links[j]) in joined:
+            continue
+        apart = _farthest(tree, bodies, placed, shapes, (i, j), q)
         for a, b in ((i, j), (j, i)):
             pairs.checked[a, b], pairs.farthest[a, b] = apart > 0, apart
     return pairs
 
 
-def _random_configurations(chain: Chain) -> Array:
-    lower, upper = (np.array([getattr(j, e) for j in chain.joints]) for e in ("lower", "upper"))
-    return stream("self collision").uniform(lower, upper, (_SAMPLES, chain.dimension))
+def _random_configurations(tree: KinematicTree) -> Array:
+    shape = _SAMPLES, tree.dimension
+    return stream("self collision").uniform(tree.lower, tree.upper, shape)
 
 
 def _farthest(
-    chain: Chain,
+    tree: KinematicTree,
     bodies: NDArray[np.int64],
     placed: Sequence[PlacedShape],
     shapes: Shapes,
@@ -93,7 +100,7 @@ def _farthest(
     the configurations (n, d)."""
     farthest = 0.0
     for some in (q[:_FIRST], q[_FIRST:]):
-        poses = poses_of(chain, bodies[list(pair)], some)
+        poses = poses_of(tree, bodies[list(pair)], some)
         apart = separations(shapes, *pair, poses, FAR)
         found = apart > 0
         for this, other in ((0, 1), (1, 0)):
@@ -107,10 +114,10 @@ def _farthest(
     return farthest
 
 
-def poses_of(chain: Chain, bodies: NDArray[np.int64], q: Array) -> Array:
-    """The poses (n, 2, 3, 4) of two of a chain's bodies at configurations (n, d)."""
+def poses_of(tree: KinematicTree, bodies: NDArray[np.int64], q: Array) -> Array:
+    """The poses (n, 2, 3, 4) of two of a tree's bodies at configurations (n, d)."""
     poses = np.empty((len(q), 2, 3, 4))
-    _poses_of(chain.arrays, np.ascontiguousarray(q, dtype=np.float64), bodies, poses)
+    _poses_of(tree.arrays, np.ascontiguousarray(q, dtype=np.float64), bodies, poses)
     return poses
 
 
@@ -130,15 +137,15 @@ def _encloses(mesh: Mesh, poses: Array, offset: Array, points: Array) -> NDArray
     return np.asarray(found)
 
 
-def neighbours(chain: Chain, solid: Collection[str]) -> set[tuple[str, str]]:
+def neighbours(tree: KinematicTree, solid: Collection[str]) -> set[tuple[str, str]]:
     """Pairs of links with solids, either way round, that are joined with no other link with a
     solid between them.
 
     Args:
         solid: names of the links that have solids.
     """
-    beside: dict[str, set[str]] = {link.name: set() for link in chain.links}
-    for link in chain.links:
+    beside: dict[str, set[str]] = {link.name: set() for link in tree.links}
+    for link in tree.links:
         if link.parent:
             beside[link.name].add(link.parent)
             beside[link.parent].add(link.name)
@@ -156,9 +163,9 @@ def neighbours(chain: Chain, solid: Collection[str]) -> set[tuple[str, str]]:
 
 
 @njit_cached
-def _poses_of(chain: Any, q: Any, bodies: Any, poses: Any) -> None:
+def _poses_of(tree: Any, q: Any, bodies: Any, poses: Any) -> None:
     """Writes the poses (n, 2, 3, 4) of two bodies."""
-    found = np.empty((1 + q.shape[1], 3, 4))
+    found = np.empty((1 + len(tree.parents), 3, 4))
     for n in range(len(q)):
-        body_poses(chain, q[n], found)
+        body_poses(tree, q[n], found)
         poses[n, 0], poses[n, 1] = found[bodies[0]], found[bodies[1]]

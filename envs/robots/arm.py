@@ -1,9 +1,9 @@
-"""A serial arm with solid links."""
+"""An arm, or several on one base: a kinematic tree with solid links."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from envs.collision.gjk import at, compose
 from envs.collision.separation import Shapes, separations, shapes_of
 from envs.collision.shapes import PlacedShape, Pose, Solid
-from envs.compiled import njit_cached
+from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs, poses_of
-from envs.robots.chain import Chain, ChainArrays, body_poses
+from envs.robots.kinematic_tree import KinematicTree, TreeArrays, body_poses
 from envs.robots.tip_and_stand import tip_of
 
 SLACK = 0.008
@@ -43,11 +43,11 @@ class RobotArrays(NamedTuple):
     """An arm as compiled code sees it.
 
     Attributes:
-        chain: its joints.
+        tree: its joints.
         bodies: (p,) of the parts.
         offsets: (p, 3, 4) from the parts' frames to their bodies'.
         middles, radii: (p, 3) in the bodies' frames and (p,), of spheres that hold the parts.
-        reach: (d, p) greatest distance of any point of a part from a joint's axis; 1 where the
+        reach: (m, p) greatest distance of any point of a part from a joint's axis; 1 where the
             joint slides, 0 where it does not move the part.
         balls: (m, 4) centres in the bodies' frames, and radii, of spheres that cover the parts.
         ball_parts: (m,) which part each covers, in ascending order.
@@ -55,10 +55,12 @@ class RobotArrays(NamedTuple):
         extents: (p,) radii of spheres about `middles` that hold a part's balls.
         shapes: the parts in their bodies' frames.
         pairs: (p, p) of bool, which parts must not touch each other.
+        branching: (k, 3) those of the pairs of which neither part moves the other, each with the
+            body on which they branch; the first has the greater body.
         moving: the number of parts that move; they come first.
     """
 
-    chain: ChainArrays
+    tree: TreeArrays
     bodies: NDArray[np.int64]
     offsets: Array
     middles: Array
@@ -70,6 +72,7 @@ class RobotArrays(NamedTuple):
     extents: Array
     shapes: Shapes
     pairs: NDArray[np.bool_]
+    branching: NDArray[np.int64]
     moving: int
 
 
@@ -79,23 +82,31 @@ class Arm:
     The base, which cannot move, is not checked against the obstacles, only against other links.
 
     Args:
-        chain: its kinematics.
+        tree: its kinematics.
         parts: the solids of its links.
         self_collision: whether links must not touch each other, but for those that may; see
             `allowed_collisions`.
+        allowed: pairs of names of links that are told to be such.
 
     Raises:
         ValueError: no part moves.
     """
 
-    def __init__(self, chain: Chain, parts: Sequence[Part], self_collision: bool) -> None:
-        self.chain = chain
+    def __init__(
+        self,
+        tree: KinematicTree,
+        parts: Sequence[Part],
+        self_collision: bool,
+        allowed: Collection[frozenset[str]] = (),
+    ) -> None:
+        self.tree = tree
         moving = [part for part in parts if part.body > 0]
         if not moving:
             raise ValueError("no link that moves has a collision geometry")
         fixed = [part for part in parts if part.body == 0] if self_collision else []
         self.parts = (*moving, *fixed)
         self.self_collision = self_collision
+        self.allowed = frozenset(allowed)
 
     @property
     def shapes(self) -> tuple[Solid, ...]:
@@ -108,7 +119,7 @@ class Arm:
     @cached_property
     def links(self) -> tuple[str, ...]:
         """The names of the links that the parts belong to."""
-        first = {link.body: link.name for link in reversed(self.chain.links)}
+        first = {link.body: link.name for link in reversed(self.tree.links)}
         return tuple(part.link or first[part.body] for part in self.parts)
 
     @cached_property
@@ -122,7 +133,7 @@ class Arm:
             return no_pairs(len(self.parts))
         bodies = np.array([part.body for part in self.parts])
         placed = [part.placed for part in self.parts]
-        return link_pairs(self.chain, bodies, self.links, placed, self._shapes)
+        return link_pairs(self.tree, bodies, self.links, placed, self._shapes, self.allowed)
 
     @cached_property
     def pairs(self) -> tuple[tuple[int, int], ...]:
@@ -132,18 +143,33 @@ class Arm:
 
     @cached_property
     def rate_bound(self) -> float:
-        reach = self.arrays.reach[:, : self.moving]
-        return float(np.sqrt((reach**2).sum(axis=0)).max())
+        arrays = self.arrays
+        speeds = np.abs(arrays.tree.ratios)[:, None] * arrays.reach  # per unit of a coordinate
+        rates = np.zeros((self.tree.dimension, len(self.parts)))
+        np.add.at(rates, arrays.tree.coordinates, speeds)
+        found = float(_norms(rates[:, : self.moving]).max())
+        for part, other, branch in arrays.branching:
+            # Only what moves them as seen from where they branch; see `part_bounds`.
+            shared = list(self.tree.joints_to(branch))
+            both = speeds[:, [part, other]].sum(axis=1)
+            both[shared] = 0.0
+            rate = np.zeros((self.tree.dimension, 1))
+            np.add.at(rate, arrays.tree.coordinates, both[:, None])
+            found = max(found, float(_norms(rate)[0]))
+        return found
 
     @cached_property
     def extent(self) -> float:
         """How far from the first joint, in metres, any point of the moving parts can be."""
-        joints = self.chain.joints
-        hops = [float(np.linalg.norm(joint.origin[:3, 3])) for joint in joints[1:]]
-        slides = [_slide(joint.prismatic, joint.lower, joint.upper) for joint in joints]
+        first = self.tree.joints[0].origin[:3, 3]
+        hops, slides = [0.0], [0.0]  # by body, from the base on
+        for joint, parent in zip(self.tree.joints, self.tree.parents, strict=True):
+            begin = joint.origin[:3, 3]
+            hops.append(hops[parent] + float(np.linalg.norm(begin if parent else begin - first)))
+            slides.append(slides[parent] + joint.slide)
         arrays = self.arrays
         outward = np.linalg.norm(arrays.middles, axis=1) + arrays.extents
-        return sum(hops) + sum(slides) + float(outward.max())
+        return max(hops) + max(slides) + float(outward.max())
 
     def poses(self, q: Array) -> tuple[Pose, ...]:
         found = np.empty((len(self.parts), 3, 4))
@@ -151,20 +177,27 @@ class Arm:
         return tuple((pose[:, :3], pose[:, 3]) for pose in found)
 
     def trace(self, q: Array) -> Array:
-        """The tip of the tool; see `tip_and_stand`."""
-        last = self.chain.forward(q)[:, -1]
-        found: Array = last[:, :3, :3] @ self._tip + last[:, :3, 3]
-        return found[:, None]
+        """The tips of its tools, one for each branch; see `tip_and_stand`."""
+        poses = self.tree.forward(q)[:, [number for number, _ in self._tips]]
+        tips = np.array([tip for _, tip in self._tips])
+        found: Array = np.einsum("nkij,kj->nki", poses[..., :3, :3], tips) + poses[..., :3, 3]
+        return found
 
     @cached_property
-    def _tip(self) -> Array:
-        last = self.chain.links[-1]
-        return tip_of(last, [part.placed for part in self.parts if part.body == last.body])
+    def _tips(self) -> list[tuple[int, Array]]:
+        """The number of the last link of each branch, and the tip (3,) in its frame."""
+        last = {link.body: number for number, link in enumerate(self.tree.links)}
+        ends = sorted(set(last) - set(self.tree.parents) - {0})
+        found = []
+        for body in ends:
+            carried = [part.placed for part in self.parts if part.body == body]
+            found.append((last[body], tip_of(self.tree.links[last[body]], carried)))
+        return found
 
     def body_poses(self, q: Array) -> Array:
-        """The poses (1 + d, 3, 4) of its bodies at a configuration (d,)."""
-        found = np.empty((1 + self.chain.dimension, 3, 4))
-        body_poses(self.chain.arrays, q, found)
+        """The poses (1 + m, 3, 4) of its bodies at a configuration (d,)."""
+        found = np.empty((1 + len(self.tree.joints), 3, 4))
+        body_poses(self.tree.arrays, q, found)
         return found
 
     def links_keep(self, kept: Array, q: Array) -> NDArray[np.bool_]:
@@ -172,14 +205,15 @@ class Arm:
         configurations (n, d), (n,) of bool."""
         keep = np.ones(len(q), dtype=np.bool_)
         for pair in self.pairs:
-            poses = poses_of(self.chain, self.arrays.bodies[list(pair)], q[keep])
+            poses = poses_of(self.tree, self.arrays.bodies[list(pair)], q[keep])
             keep[keep] &= separations(self._shapes, *pair, poses, kept[pair]) >= kept[pair]
         return keep
 
     def motion_bound(self, a: Array, b: Array) -> float:
         """See `part_bounds`; the greatest of the parts'."""
         bounds = np.empty(self.moving)
-        part_bounds(self.arrays, np.asarray(a), np.asarray(b), bounds)
+        begin, end = self.tree.space.unwrapped(np.array([a, b]))  # compiled code goes straight
+        part_bounds(self.arrays, begin, end, bounds)
         return float(bounds.max())
 
     @cached_property
@@ -196,7 +230,7 @@ class Arm:
         outward = np.linalg.norm(balls[:, :3] - middles[ball_parts], axis=1) + balls[:, 3]
         first_balls = np.searchsorted(ball_parts, np.arange(len(bodies) + 1))
         return RobotArrays(
-            self.chain.arrays,
+            self.tree.arrays,
             bodies,
             offsets,
             middles,
@@ -208,8 +242,15 @@ class Arm:
             np.maximum.reduceat(outward, first_balls[:-1]),
             self._shapes,
             self.link_pairs.checked,
+            self._branching(bodies),
             int((bodies > 0).sum()),
         )
+
+    def _branching(self, bodies: NDArray[np.int64]) -> NDArray[np.int64]:
+        """See `RobotArrays`."""
+        every = [(i, j, self.tree.branch(bodies[i], bodies[j])) for i, j in self.pairs]
+        found = [(i, j, branch) for i, j, branch in every if branch != bodies[j]]
+        return np.array(found, dtype=np.int64).reshape(-1, 3)
 
     def _covered(self, offsets: Array) -> tuple[Array, NDArray[np.int64]]:
         balls, owners = [], []
@@ -221,38 +262,38 @@ class Arm:
         return np.concatenate(balls), np.concatenate(owners)
 
     def _reach(self, bodies: NDArray[np.int64], middles: Array, radii: Array) -> Array:
-        """See `RobotArrays`. From a joint's axis along the chain to the part, joint by joint: only
-        the first stretch turns about that axis alone; what of it lies along the axis does not
-        count."""
-        reach = np.zeros((self.chain.dimension, len(bodies)))
+        """See `RobotArrays`. From a joint's axis out to the part, joint by joint: only the first
+        stretch turns about that axis alone; what of it lies along the axis does not count."""
+        joints = self.tree.joints
+        reach = np.zeros((len(joints), len(bodies)))
         for part, body in enumerate(bodies):
             beyond = float(np.linalg.norm(middles[part])) + radii[part]
-            for i in range(body - 1, -1, -1):
-                joint = self.chain.joints[i]
-                if i == body - 1:
-                    off_axis = _off_axis(joint.axis, middles[part]) + radii[part]
+            last = None
+            for i in self.tree.joints_to(body):
+                if last is None:
+                    off_axis = _off_axis(joints[i].axis, middles[part]) + radii[part]
                 else:
-                    next_joint = self.chain.joints[i + 1]
-                    hop = next_joint.origin[:3, 3]
-                    slide = _slide(next_joint.prismatic, next_joint.lower, next_joint.upper)
-                    off_axis = _off_axis(joint.axis, hop) + slide + beyond
+                    hop, slide = last.origin[:3, 3], last.slide
+                    off_axis = _off_axis(joints[i].axis, hop) + slide + beyond
                     beyond += float(np.linalg.norm(hop)) + slide
-                reach[i, part] = 1.0 if joint.prismatic else off_axis
+                reach[i, part] = 1.0 if joints[i].prismatic else off_axis
+                last = joints[i]
         return reach
+
+
+def _norms(columns: Array) -> Array:
+    found: Array = np.sqrt((columns**2).sum(axis=0))
+    return found
 
 
 def _off_axis(axis: Array, point: Array) -> float:
     return float(np.linalg.norm(point - (point @ axis) * axis))
 
 
-def _slide(prismatic: bool, lower: float, upper: float) -> float:
-    return max(abs(lower), abs(upper)) if prismatic else 0.0
-
-
 @njit_cached
 def _part_poses(arm: Any, q: Any, poses: Any) -> None:
-    bodies = np.empty((1 + len(q), 3, 4))
-    body_poses(arm.chain, q, bodies)
+    bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
+    body_poses(arm.tree, q, bodies)
     for part in range(len(poses)):
         compose(bodies[arm.bodies[part]], arm.offsets[part], poses[part])
 
@@ -260,37 +301,63 @@ def _part_poses(arm: Any, q: Any, poses: Any) -> None:
 @njit_cached
 def part_bounds(arm: Any, a: Any, b: Any, bounds: Any) -> None:
     """Writes bounds (moving,) on the speed of any point of each part, in metres per unit of t,
-    while the configuration moves as a + t (b - a), t in [0, 1].
+    while the configuration moves as a + t (b - a), t in [0, 1]; and on the speed at which it nears
+    other parts of lower bodies that it must not touch.
 
-    Joint i moves a point by its change times the point's distance from its axis. That distance is
-    at most what it is in the middle of the motion, and what the joints between add by then.
+    Joint i moves a point by its change times the point's distance from its axis, which is at most
+    what it is in the middle of the motion, and what the joints between add by then. That holds for
+    every joint on the way from the part to the base, and what several do adds up at most, also
+    where they follow the same coordinate.
+
+    What both parts of a pair are on moves them as one. Seen from the body on which they branch, the
+    distance of the two changes no faster than both of them move. Where one is on the other, that is
+    by part of what moves the outer one; on two branches it may be more than either's own.
     """
-    d = len(a)
-    middle, half = np.empty(d), np.empty(d)
-    for i in range(d):
-        middle[i] = (a[i] + b[i]) / 2
-        half[i] = abs(b[i] - a[i]) / 2
-    bodies = np.empty((1 + d, 3, 4))
-    body_poses(arm.chain, middle, bodies)
+    tree = arm.tree
+    m = len(tree.parents)
+    half, steps = np.empty(m), np.zeros((len(arm.bodies), m))
+    for i in range(m):
+        k = tree.coordinates[i]
+        half[i] = abs(tree.ratios[i]) * (abs(b[k] - a[k]) / 2)
+    bodies = np.empty((1 + m, 3, 4))
+    body_poses(tree, (a + b) / 2, bodies)
     for part in range(arm.moving):
         body = arm.bodies[part]
         pose = bodies[body]
         x, y, z = at(pose, arm.middles[part])
         bounds[part] = 0.0
         later = 0.0  # by how much the joints after i may move the part within half the motion
-        for i in range(body - 1, -1, -1):
+        while body > 0:
+            i = body - 1
             reach = arm.reach[i, part]
-            if not arm.chain.prismatic[i]:
+            if not tree.prismatic[i]:
                 reach = min(reach, _from_axis(arm, bodies, i, x, y, z) + arm.radii[part] + later)
-            bounds[part] += 2 * half[i] * reach
+            steps[part, i] = 2 * half[i] * reach
+            bounds[part] += steps[part, i]
             later += half[i] * arm.reach[i, part]
+            body = tree.parents[i]
+    for n in range(len(arm.branching)):
+        part, other, branch = arm.branching[n]
+        nearing = _moved_since(arm, steps, part, branch) + _moved_since(arm, steps, other, branch)
+        bounds[part] = max(bounds[part], nearing)
+
+
+@njit_hot
+def _moved_since(arm: Any, steps: Any, part: int, branch: int) -> float:
+    """How far a part moves, at most, as seen from a body that it is on, by what each joint moves
+    it, (p, m)."""
+    moved, body = 0.0, arm.bodies[part]
+    while body != branch:
+        moved += steps[part, body - 1]
+        body = arm.tree.parents[body - 1]
+    return moved
 
 
 @njit_cached
 def _from_axis(arm: Any, bodies: Any, joint: int, x: float, y: float, z: float) -> float:
     """The distance of a point from the axis of a joint, whose body's pose is in `bodies`."""
     pose = bodies[joint + 1]
-    axis = arm.chain.axes[joint]
+    axis = arm.tree.axes[joint]
     ux = pose[0, 0] * axis[0] + pose[0, 1] * axis[1] + pose[0, 2] * axis[2]
     uy = pose[1, 0] * axis[0] + pose[1, 1] * axis[1] + pose[1, 2] * axis[2]
     uz = pose[2, 0] * axis[0] + pose[2, 1] * axis[1] + pose[2, 2] * axis[2]

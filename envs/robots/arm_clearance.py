@@ -22,7 +22,7 @@ from envs.collision.shapes import MESH, ROW
 from envs.compiled import njit_cached, njit_hot, parallel_for
 from envs.problem import Array
 from envs.robots.arm import RobotArrays, part_bounds
-from envs.robots.chain import body_poses
+from envs.robots.kinematic_tree import body_poses
 
 _NEAR = 0.03
 """Metres up to which links that are meshes are asked how far they are apart."""
@@ -53,10 +53,10 @@ def paths_are_free(
 @njit_cached
 def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> float:
     """Writes the clearances (moving,) of the parts at a configuration (d,), the least of which is
-    returned. Where parts must not touch each other, that counts for the one farther from the
-    base, which is the one that moves as seen from the other."""
-    bodies = np.empty((1 + len(q), 3, 4))
-    body_poses(arm.chain, q, bodies)
+    returned. Where parts must not touch each other, that counts for the one of the greater body,
+    whose bound (see `part_bounds`) says how fast the two come nearer."""
+    bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
+    body_poses(arm.tree, q, bodies)
     balls = np.empty((len(arm.balls), 3))
     clearances[:] = np.inf
     for ball in range(len(arm.balls)):
@@ -83,7 +83,7 @@ def _against_itself(arm: Any, bodies: Any, balls: Any, clearances: Any) -> None:
     for part in range(arm.moving):
         for other in range(len(rows)):
             body, beside = arm.bodies[part], arm.bodies[other]
-            # Each pair counts once, for the body that moves as seen from the other.
+            # Each pair counts once, for the part whose bound knows of the other.
             if beside >= body or not arm.pairs[part, other]:
                 continue
             most = clearances[part]
@@ -132,9 +132,9 @@ def _clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> None:
         for n in range(len(q)):
             clearances[n] = part_clearances(arm, scene, q[n], parts)
         return
-    bodies = np.empty((1 + q.shape[1], 3, 4))
+    bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
     for n in range(len(q)):
-        body_poses(arm.chain, q[n], bodies)
+        body_poses(arm.tree, q[n], bodies)
         clearances[n] = _least(arm, scene, bodies)
 
 

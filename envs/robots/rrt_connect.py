@@ -1,17 +1,19 @@
 """Whether two configurations of an arm are joined by a path, as far as a long search can show.
 
 RRT-Connect (Kuffner and LaValle 2000) with certified motions, compiled, on the spheres that cover
-the links: what it joins is joined. It only decides which problems are asked; no planner sees it.
+the links: what it joins is joined, also across the ends of joints that wrap. It only decides which
+problems are asked; no planner sees it.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from envs.collision.primitive_sdf import SceneArrays
-from envs.compiled import njit_cached
+from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 from envs.robots.arm import RobotArrays
 from envs.robots.arm_clearance import segment_is_free
@@ -36,13 +38,33 @@ def is_connected(
     return bool(_joined(arm, scene, start, goal, samples, _STEP, tolerance))
 
 
+@njit_hot
+def _shortest(wraps: Any, a: float, b: float, i: int) -> float:
+    """The way from a to b of coordinate i."""
+    way = b - a
+    if wraps[i]:
+        way -= 2 * math.pi * round(way / (2 * math.pi))
+    return way
+
+
 @njit_cached
-def _nearest(tree: Any, size: int, q: Any) -> int:
+def _reached(wraps: Any, a: Any, b: Any) -> Any:
+    """The numbers (d,) with which one comes from a to b (d,) by the shortest way: b itself, but
+    where it wraps."""
+    there = b.copy()
+    for i in range(len(b)):
+        if wraps[i]:
+            there[i] = a[i] + _shortest(wraps, a[i], b[i], i)
+    return there
+
+
+@njit_cached
+def _nearest(wraps: Any, tree: Any, size: int, q: Any) -> int:
     best, least = 0, np.inf
     for n in range(size):
         squared = 0.0
         for i in range(len(q)):
-            squared += (tree[n, i] - q[i]) ** 2
+            squared += _shortest(wraps, q[i], tree[n, i], i) ** 2
         if squared < least:
             best, least = n, squared
     return best
@@ -53,11 +75,13 @@ def _extended(
     arm: Any, scene: Any, tree: Any, size: int, q: Any, step: float, tolerance: float
 ) -> tuple[int, bool]:
     """Grows a tree by one motion toward a configuration: its new size, and whether it is there."""
-    near = _nearest(tree, size, q)
-    way = q - tree[near]
+    wraps = arm.tree.wraps
+    near = _nearest(wraps, tree, size, q)
+    goal = _reached(wraps, tree[near], q)
+    way = goal - tree[near]
     length = np.sqrt((way**2).sum())
     there = length <= step
-    tip = q.copy() if there else tree[near] + way * (step / length)
+    tip = goal if there else tree[near] + way * (step / length)
     if size == len(tree) or not segment_is_free(arm, scene, tree[near], tip, tolerance):
         return size, False
     tree[size] = tip
@@ -68,7 +92,7 @@ def _extended(
 def _joined(
     arm: Any, scene: Any, start: Any, goal: Any, samples: Any, step: float, tolerance: float
 ) -> bool:
-    if segment_is_free(arm, scene, start, goal, tolerance):
+    if segment_is_free(arm, scene, start, _reached(arm.tree.wraps, start, goal), tolerance):
         return True
     trees = np.empty((2, 20 * len(samples), len(start)))
     trees[0, 0], trees[1, 0] = start, goal

@@ -8,7 +8,7 @@ import numpy as np
 
 from envs.collision.shapes import Cylinder, PlacedShape
 from envs.problem import Array
-from envs.robots.chain import Chain, Link
+from envs.robots.kinematic_tree import KinematicTree, Link
 
 _STAND_SHARE, _WIDEST_STAND = 0.4, 0.1
 """The radius of a stand that is made up: by the height of the first joint; at most, in metres."""
@@ -33,12 +33,12 @@ def tip_of(last: Link, carried: Sequence[PlacedShape]) -> Array:
     return tip
 
 
-def stand(chain: Chain) -> list[PlacedShape]:
+def stand(tree: KinematicTree) -> list[PlacedShape]:
     """What holds an arm up of which the base's solids are not known: from the origin to the first
     joint."""
     import trimesh  # half a second, which processes that draw nothing can save
 
-    to_joint = chain.joints[0].origin[:3, 3]
+    to_joint = tree.joints[0].origin[:3, 3]
     height = float(np.linalg.norm(to_joint))
     if height < 1e-3:
         return []

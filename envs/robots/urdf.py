@@ -1,34 +1,38 @@
-"""Serial arms from URDF files, checked: what cannot be used is refused in one clear line."""
+"""Robots from URDF files, checked: what cannot be used is refused in one clear line."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import numpy as np
-
 from envs.collision.shapes import PlacedShape
-from envs.errors import InputError, suggestion, tell_once
-from envs.problem import Array
+from envs.errors import InputError, tell_once
 from envs.robots.arm import Part
-from envs.robots.chain import Chain, Joint, Link
+from envs.robots.joint_graph import JointGraph
+from envs.robots.kinematic_tree import KinematicTree
+from envs.robots.planning_group import PlanningGroup
 from envs.robots.urdf_elements import parsed
 from envs.robots.urdf_geometry import GEOMETRIES, check_geometry_name, shapes_of_link
+from envs.robots.urdf_tree import limits_of, tree_of
 
-_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+_NAMED = 8
+"""Joints that stand still and are named."""
 
 
-def read_urdf(file: Path, geometry: str = "collision") -> tuple[Chain, tuple[Part, ...]]:
-    """Reads the kinematics and the geometry of a serial arm.
+def read_urdf(
+    file: Path, group: PlanningGroup | None = None, geometry: str = "collision"
+) -> tuple[KinematicTree, tuple[Part, ...]]:
+    """Reads the kinematics and the geometry of a robot.
 
-    Joints may be revolute, continuous, prismatic or fixed. Links that are fixed to others may
-    branch off, such as a tool's frame or a camera; joints that move follow one upon another, and
-    none mimics another. A continuous joint is limited to -pi..pi and does not wrap around. A limit
-    that is left out beside another is 0, as URDF has it; soft limits are not used, and a line is
-    logged that says so.
+    Joints may be revolute, continuous, prismatic, planar or fixed, and may branch and mimic others.
+    A planar joint is two that slide, NAME/x and NAME/y, of which its limits are, and a continuous
+    one, NAME/theta. A continuous joint goes from -pi to pi and wraps; it ends there, and does not
+    wrap, if another mimics it by a ratio that is no whole number, or slides by it. The limits of a
+    joint that mimics another are those that follow from the other's. A limit that is left out
+    beside another is 0, as URDF has it; soft limits are not used, and a line is logged that says
+    so. Another says which joints stand still, and where.
 
     Meshes may be open: they are surfaces. Their files are sought from the URDF's folder; those
     named package://NAME/REST or file://REST from each folder above it too, with NAME and without. A
@@ -36,187 +40,45 @@ def read_urdf(file: Path, geometry: str = "collision") -> tuple[Chain, tuple[Par
 
     Args:
         file: the URDF; lengths in metres, angles in radians.
+        group: the joints that move; all by default.
         geometry: what collides, "collision" or "visual": the elements of links that hold it. The
             others are not read.
 
     Returns:
-        The chain, with its links in depth-first order from the base, which is the link that no
+        The tree, with its links in depth-first order from the base, which is the link that no
         joint carries; its frame is that of all poses. And the solids of the links in that order,
         each placed in the frame of its body.
 
     Raises:
-        InputError: there is no such file, or it describes no arm that can be used.
+        InputError: there is no such file, or it describes no robot that can be used, or the group
+            names something else than it has.
     """
     check_geometry_name(geometry)
     try:
         robot, elements = parsed(file)
-        chain = _chain(robot)
-        parts = _parts(elements, chain, geometry, file.parent)
+        graph = JointGraph(robot)
+        locked = (group or PlanningGroup()).locked(graph)
+        tree = tree_of(graph, locked)
+        parts = _parts(elements, tree, geometry, file.parent)
         _tell_of_links_left_out(elements, geometry, file)
-        _tell_of_soft_limits(robot, file)
     except InputError as error:
         raise InputError(f"{file}: {error}") from error
-    return chain, parts
+    _tell_of_soft_limits([graph.joints[joint.name] for joint in tree.coordinates], file)
+    _tell_of_locked(locked, file)
+    return tree, parts
 
 
-def _chain(robot: Any) -> Chain:
-    base = _base(robot)
-    leaving: dict[str, list[Any]] = {}
-    parents = {joint.child: joint.parent for joint in robot.joints}
-    for joint in robot.joints:
-        leaving.setdefault(joint.parent, []).append(joint)
-    links: list[Link] = []
-    moving: list[tuple[int, Any, Array]] = []  # the body before, the joint, its place there
-    todo = [(base, 0, np.eye(4))]
-    while todo:
-        name, body, offset = todo.pop()
-        links.append(Link(name, body, offset, parents.get(name, "")))
-        carried = []
-        for joint in leaving.get(name, []):
-            at = offset @ _pose(joint.origin)
-            if joint.type == "fixed":
-                carried.append((joint.child, body, at))
-                continue
-            moving.append((body, joint, at))
-            carried.append((joint.child, len(moving), np.eye(4)))
-        todo.extend(reversed(carried))
-    _refuse_cycle(robot, links)
-    if not moving:
-        raise InputError("none of its joints moves; an arm needs at least one that does")
-    _check_serial([(body, joint) for body, joint, _ in moving])
-    return Chain(tuple(_joint(joint, at) for _, joint, at in moving), tuple(links))
+def _tell_of_locked(locked: Mapping[str, float], file: Path) -> None:
+    if locked:
+        named = [f"{name!r} at {value:g}" for name, value in locked.items()]
+        more = f", and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
+        tell_once(f"{file}: joints that stand still: {', '.join(named[:_NAMED])}{more}")
 
 
-def _check_serial(moving: Sequence[tuple[int, Any]]) -> None:
-    """Refuses joints that branch or mimic others, all of them in one message.
-
-    Args:
-        moving: joints that move, each with the number of the body before it; the first carries
-            body 1, and so on.
-    """
-    after: dict[int, list[int]] = {}
-    for number, (body, _) in enumerate(moving, start=1):
-        after.setdefault(body, []).append(number)
-
-    def beyond(number: int) -> list[int]:
-        found = {number}
-        for n, (body, _) in enumerate(moving, start=1):
-            found |= {n} if body in found else set()
-        return sorted(found - {number})
-
-    def describe(number: int) -> str:
-        rest = [moving[n - 1][1].name for n in beyond(number)]
-        if not rest:
-            return _named(moving[number - 1][1])
-        few = len(rest) <= _MOST_NAMED
-        named = ", ".join(map(repr, rest)) if few else f"{len(rest)} joints"
-        return f"{_named(moving[number - 1][1])} with {named} beyond it"
-
-    branches = [", and ".join(map(describe, them)) for them in after.values() if len(them) > 1]
-    if branches:
-        raise InputError(
-            f"joints {'; and '.join(branches)} branch off the same body; only serial arms are "
-            'read: give all but one of them, with what is beyond, type="fixed", or all of them '
-            "(the fingers of a gripper then stand still where they are at 0)"
-        )
-    mimics = [_named(joint) for _, joint in moving if joint.mimic is not None]
-    if mimics:
-        raise InputError(
-            f'joint {" and joint ".join(mimics)}, which is not supported: give it type="fixed" '
-            "to stand still where it is at 0, or remove its <mimic> to move by itself"
-        )
-
-
-def _named(joint: Any) -> str:
-    return repr(joint.name) + (f" (mimics {joint.mimic.joint!r})" if joint.mimic else "")
-
-
-_MOST_NAMED = 3
-"""Joints beyond another that are named; of more, their number."""
-
-
-def _base(robot: Any) -> str:
-    """The link that no joint carries, with names, ends and types of joints checked."""
-    if not robot.joints:
-        raise InputError("has no joints; an arm needs at least one that moves")
-    links = [link.name for link in robot.links]
-    _check_unique("link", links)
-    _check_unique("joint", [joint.name for joint in robot.joints])
-    carried: dict[str, str] = {}
-    for joint in robot.joints:
-        _check_type(joint)
-        for end, name in (("parent", joint.parent), ("child", joint.child)):
-            if name not in links:
-                said = f"its {end} {name!r} is no link; {suggestion(name, links)}"
-                raise InputError(f"joint {joint.name!r}: {said}")
-        if joint.child in carried:
-            both = f"{carried[joint.child]!r} and {joint.name!r}"
-            raise InputError(f"link {joint.child!r} is the child of two joints, {both}; remove one")
-        carried[joint.child] = joint.name
-    bases = [name for name in links if name not in carried]
-    if len(bases) > 1:
-        named = ", ".join(map(repr, bases))
-        raise InputError(f"no joint carries {named}; join all of them but one to the others")
-    if not bases:
-        _refuse_cycle(robot, ())
-    return str(bases[0])
-
-
-def _check_unique(kind: str, names: Iterable[str]) -> None:
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            raise InputError(f"has two {kind}s called {name!r}; rename one")
-        seen.add(name)
-
-
-def _check_type(joint: Any) -> None:
-    if joint.type not in _TYPES:
-        said = f"is of type {joint.type!r}, which is not supported" if joint.type else "has no type"
-        raise InputError(f"joint {joint.name!r} {said}; choose from: {', '.join(_TYPES)}")
-
-
-def _refuse_cycle(robot: Any, reached: Iterable[Link]) -> None:
-    names = {link.name for link in reached}
-    rest = [link.name for link in robot.links if link.name not in names]
-    if rest:
-        raise InputError(f"its joints form a cycle among {', '.join(map(repr, rest))}; cut it open")
-
-
-def _joint(joint: Any, origin: Array) -> Joint:
-    length = math.hypot(*joint.axis)
-    if not 1e-9 < length < math.inf:
-        raise InputError(f"joint {joint.name!r}: its axis has no usable length, as 0 0 1 has")
-    lower, upper = _limits(joint)
-    axis, slides = joint.axis / length, joint.type == "prismatic"
-    return Joint(joint.name, origin, axis, slides, lower, upper, _velocity(joint))
-
-
-def _velocity(joint: Any) -> float | None:
-    """The limit of its velocity; 0, which exporters write where they know none, is none."""
-    stated = None if joint.limit is None else joint.limit.velocity
-    return stated if stated is not None and 0 < stated < math.inf else None
-
-
-def _limits(joint: Any) -> tuple[float, float]:
-    if joint.type == "continuous":
-        return -math.pi, math.pi
-    limit = joint.limit
-    if limit is None or (limit.lower is None and limit.upper is None):
-        raise InputError(f'joint {joint.name!r} has no limits; add <limit lower="." upper="."/>')
-    lower, upper = limit.lower or 0.0, limit.upper or 0.0
-    if lower >= upper:
-        raise InputError(
-            f"joint {joint.name!r}: its lower limit {lower:g} must be below its upper {upper:g}; "
-            "a joint that does not move is of type fixed"
-        )
-    return lower, upper
-
-
-def _tell_of_soft_limits(robot: Any, file: Path) -> None:
+def _tell_of_soft_limits(joints: Sequence[Any], file: Path) -> None:
     """Says which joints a safety controller would hold back. MoveIt narrows their limits so, while
     Pinocchio and others do not, and some problems of MotionBenchMaker are beyond them."""
-    limited = [joint.name for joint in robot.joints if _has_tighter_soft_limits(joint)]
+    limited = [joint.name for joint in joints if _has_tighter_soft_limits(joint)]
     if limited:
         named = ", ".join(map(repr, limited))
         tell_once(f"{file}: <safety_controller>'s soft limits are not used, only <limit>: {named}")
@@ -227,16 +89,18 @@ def _has_tighter_soft_limits(joint: Any) -> bool:
     if soft is None:
         return False
     ends = soft.soft_lower_limit, soft.soft_upper_limit
-    lower, upper = _limits(joint)
+    lower, upper = limits_of(joint)
     return ends != (None, None) and ((ends[0] or 0.0) > lower or (ends[1] or 0.0) < upper)
 
 
 def _parts(
-    elements: ElementTree.Element, chain: Chain, geometry: str, folder: Path
+    elements: ElementTree.Element, tree: KinematicTree, geometry: str, folder: Path
 ) -> tuple[Part, ...]:
     links = {link.get("name"): link for link in elements.findall("link")}
     parts = []
-    for link in chain.links:
+    for link in tree.links:
+        if link.name not in links:  # between the joints that stand for a planar one
+            continue
         for shape in shapes_of_link(links[link.name], geometry, folder):
             placed = PlacedShape(shape.solid, link.offset @ shape.pose)
             parts.append(Part(link.body, placed, link.name))
@@ -272,7 +136,3 @@ def _tell_of_links_left_out(elements: ElementTree.Element, geometry: str, file: 
             f"{file}: links with {other} but no {geometry} geometry collide with nothing, unless "
             f"with geometry={other}: {named}"
         )
-
-
-def _pose(origin: Array | None) -> Array:
-    return np.eye(4) if origin is None else origin

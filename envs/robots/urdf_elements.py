@@ -30,7 +30,7 @@ _READ_OF_JOINT = {
 }
 """Those of joints of some types: what was left in one when it was made fixed, say, is idle."""
 
-_NEEDED = {"parent": ("link",), "child": ("link",)}
+_NEEDED = {"parent": ("link",), "child": ("link",), "mimic": ("joint",)}
 """Attributes that elements of joints must have."""
 
 _NUMBERS = {
@@ -38,6 +38,8 @@ _NUMBERS = {
     "rpy": 3,
     "lower": 1,
     "upper": 1,
+    "multiplier": 1,
+    "offset": 1,
     "soft_lower_limit": 1,
     "soft_upper_limit": 1,
 }
@@ -64,21 +66,7 @@ def parsed(file: Path) -> tuple[Any, ElementTree.Element]:
             it must have or holds something else than finite numbers of at most `LARGEST`. Does not
             name the file.
     """
-    if not exists(file.is_file):
-        raise InputError("no such file")
-    size = file.stat().st_size
-    if size > _MOST_BYTES:
-        raise InputError(f"has {size} bytes; URDFs of at most {_MOST_BYTES} are read")
-    try:
-        root = _tree(file.read_bytes())
-    except InputError:
-        raise
-    except expat.ExpatError as error:
-        raise InputError(f"not well-formed XML ({error}); mend it there") from error
-    except (OSError, ValueError, LookupError) as error:  # the last two: encodings
-        raise InputError(f"cannot be read: {error}") from error
-    _check_root(root)
-    read = _as_read(root)
+    read = _as_read(read_xml(file, "URDF"))
     _check_elements(read)
     try:
         # Not the file, which yourdfpy's own parser may read otherwise, or log that it cannot.
@@ -87,6 +75,30 @@ def parsed(file: Path) -> tuple[Any, ElementTree.Element]:
     except _STUMBLES as error:
         raise InputError(f"not valid URDF, mend it ({reason(error)})") from error
     return loaded.robot, read
+
+
+def read_xml(file: Path, kind: str) -> ElementTree.Element:
+    """The <robot> of a file of a kind, URDF or SRDF, which is checked no further.
+
+    Raises:
+        InputError: there is no such file, or it is not well-formed XML, or holds something else.
+            Does not name the file.
+    """
+    if not exists(file.is_file):
+        raise InputError("no such file")
+    size = file.stat().st_size
+    if size > _MOST_BYTES:
+        raise InputError(f"has {size} bytes; {kind}s of at most {_MOST_BYTES} are read")
+    try:
+        root = _tree(file.read_bytes())
+    except InputError:
+        raise
+    except expat.ExpatError as error:
+        raise InputError(f"not well-formed XML ({error}); mend it there") from error
+    except (OSError, ValueError, LookupError) as error:  # the last two: encodings
+        raise InputError(f"cannot be read: {error}") from error
+    _check_root(root, kind)
+    return root
 
 
 def _without_shapes(root: ElementTree.Element) -> ElementTree.Element:
@@ -132,13 +144,14 @@ class _ShallowTree(ElementTree.TreeBuilder):
         return super().end(tag)
 
 
-def _check_root(root: ElementTree.Element) -> None:
+def _check_root(root: ElementTree.Element, kind: str) -> None:
     declared = (key for key, uri in root.items() if "xacro" in uri and key.startswith("xmlns:"))
     prefixes = ("xacro:", *(f"{key.removeprefix('xmlns:')}:" for key in declared))
     if any(element.tag.startswith(prefixes) for element in root.iter()):
-        raise InputError("has xacro macros in it; expand them first: xacro IN > OUT.urdf")
+        expanded = f"OUT.{kind.lower()}"
+        raise InputError(f"has xacro macros in it; expand them first: xacro IN > {expanded}")
     if root.tag != "robot":
-        raise InputError(f"has no <robot> but <{root.tag}> at its top; is it a URDF?")
+        raise InputError(f"has no <robot> but <{root.tag}> at its top; is it a {kind}?")
     if not root.get("name"):
         raise InputError("its <robot> has no name; give it one")
 
@@ -198,7 +211,7 @@ def check_origin(origin: ElementTree.Element) -> None:
         raise InputError(f"its <origin> has {key}, which is not read; turn it by rpy")
 
 
-def numbers_of(key: str, text: str, counts: Sequence[int]) -> list[float]:
+def numbers_of(key: str, text: str, counts: Sequence[int] = (1,)) -> list[float]:
     """The numbers that an attribute holds.
 
     Args:

@@ -1,7 +1,8 @@
-"""Worlds of serial arms: the joints' box, the solids about the arm, the problems."""
+"""Worlds of arms: the joints' box, the solids about the arm, the problems."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -24,6 +25,7 @@ from envs.robots.arm import SLACK, Arm, RobotArrays
 from envs.robots.arm_crowding import causes
 from envs.robots.tip_and_stand import stand
 from envs.seeding import derived_seed, stream
+from envs.spaces import Space
 from envs.speed_model import SpeedModel
 
 _D_MAX = 0.05 / 0.4
@@ -61,8 +63,8 @@ class _Made:
 
 
 class ArmWorld(Environment):
-    """A serial arm on a fixed base among solids. Joints in radians (metres where they slide),
-    lengths in metres, in the frame of the base.
+    """An arm, or several on one base, among solids. Joints in radians (metres where they slide),
+    lengths in metres, in the frame of the base, which stands still. Joints without limits wrap.
 
     Args:
         arm: the robot.
@@ -87,12 +89,15 @@ class ArmWorld(Environment):
     ) -> None:
         self.robot: Arm = arm
         self.obstacles: Sequence[PlacedShape] = list(obstacles)
-        self.lower = np.array([joint.lower for joint in arm.chain.joints])
-        self.upper = np.array([joint.upper for joint in arm.chain.joints])
+        self.lower, self.upper = arm.tree.lower, arm.tree.upper
         self.speed_model = SpeedModel(d_min=_D_MAX / 15, d_max=_D_MAX, contact=_CONTACT)
         self._kind = kind
         self._seeds = seeds
         self._last_made: tuple[tuple[int, int] | None, _Made] = (None, _Made())
+
+    @property
+    def space(self) -> Space:
+        return self.robot.tree.space
 
     @property
     def extent(self) -> float:
@@ -101,14 +106,14 @@ class ArmWorld(Environment):
     @property
     def velocity_limits(self) -> Array | None:
         """As stated by the robot's file, if it states all."""
-        stated = [joint.velocity for joint in self.robot.chain.joints]
+        stated = [joint.velocity for joint in self.robot.tree.coordinates]
         return None if None in stated else np.array(stated, dtype=float)
 
     @cached_property
     def scene(self) -> SceneArrays:
         """The obstacles as compiled code sees them."""
         reach = self.robot.extent + 2 * _D_MAX
-        at = self.robot.chain.joints[0].origin[:3, 3]
+        at = self.robot.tree.joints[0].origin[:3, 3]
         return scene_arrays(self.obstacles, at - reach, at + reach)
 
     @property
@@ -119,7 +124,7 @@ class ArmWorld(Environment):
     def scenery(self) -> Sequence[PlacedShape]:
         """A stand, unless the solids of the base are there."""
         has_base = len(self.robot.shapes) > self.robot.moving
-        return [] if has_base else stand(self.robot.chain)
+        return [] if has_base else stand(self.robot.tree)
 
     def clearance(self, q: Array) -> Array:
         """Distances (n,), in metres, by `CollisionModel`, one configuration (n, d) at a time; just
@@ -135,7 +140,8 @@ class ArmWorld(Environment):
         return self.speed_model(self.approximate_clearance(q))
 
     def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
-        free = arm_clearance.paths_are_free(self.robot.arrays, self.scene, paths, tolerance)
+        straight = [self.space.unwrapped(path) for path in paths]
+        free = arm_clearance.paths_are_free(self.robot.arrays, self.scene, straight, tolerance)
         if self.allowed is not None:  # which cannot change along a path that touches nothing
             free &= self.allowed(np.array([path[0] for path in paths]))
         return free
@@ -206,7 +212,8 @@ class ArmWorld(Environment):
 
     def _cause(self, made: _Made) -> str:
         """Why there are no more problems."""
-        if np.linalg.norm(self.upper - self.lower) <= self.min_separation:
+        farthest = np.where(self.robot.tree.arrays.wraps, math.pi, self.upper - self.lower)
+        if np.linalg.norm(farthest) <= self.min_separation:
             return (
                 f"start and goal must be {self.min_separation:g} apart (in radians, metres where a "
                 "joint slides), and the joints' limits are narrower; widen them"
@@ -250,7 +257,7 @@ class ArmWorld(Environment):
         fruitless, none = 0, 0
         while fruitless < 100 and none < _HOPELESS:
             start, goal = rng.uniform(self.lower, self.upper, (2, 1024, self.dimension))
-            keep = np.linalg.norm(goal - start, axis=1) >= self.min_separation
+            keep = self.space.distance(start, goal) >= self.min_separation
             keep[keep] &= self._may_be_end(start[keep])
             none = 0 if keep.any() else none + 1
             keep[keep] &= self._may_be_end(goal[keep])
@@ -271,10 +278,13 @@ class ArmWorld(Environment):
         return self.robot.arrays._replace(pairs=np.zeros_like(self.robot.arrays.pairs))
 
     def definition(self) -> dict[str, Any]:
-        model = self.speed_model
+        model, tree = self.speed_model, self.robot.tree
+        wraps = np.flatnonzero(tree.arrays.wraps).tolist()
         pairs = [[i, j, round(self.kept[i, j], 6)] for i, j in self.robot.pairs]
         return {
             **({"pairs": pairs} if self.robot.self_collision else {}),
+            **({"wraps": wraps} if wraps else {}),
+            **({} if tree.is_serial else {"tree": tree.definition()}),
             "class": "ArmWorld",
             "version": 1,
             "joints": [
@@ -282,7 +292,7 @@ class ArmWorld(Environment):
                     *(rounded(joint.origin[:3]), rounded(joint.axis)),
                     *(joint.prismatic, joint.lower, joint.upper),
                 ]
-                for joint in self.robot.chain.joints
+                for joint in tree.joints
             ],
             "parts": [[part.body, part.placed.definition()] for part in self.robot.parts],
             "self_collision": self.robot.self_collision,

@@ -11,7 +11,10 @@ from envs.collision.shapes import Box, Cylinder, PlacedShape
 from envs.errors import InputError
 from envs.problem import Array
 from envs.robots.arm import Arm
+from envs.robots.planning_group import PlanningGroup
+from envs.robots.srdf import Srdf, read_srdf
 from envs.robots.urdf import read_urdf
+from envs.robots.urdf_elements import numbers_of
 from envs.scenes.arm_world import ArmWorld
 from envs.scenes.scene_file import read_scene
 from envs.seeding import stream
@@ -37,21 +40,31 @@ class ShippedArm(ArmWorld):
     def __init__(self, model: str, scene: int = 0, self_collision: bool = False) -> None:
         if not 0 <= scene < 2**32:
             raise InputError(f"{model}: scene must be between 0 and 2^32 - 1, not {scene}")
-        chain, parts = read_urdf(_MODELS / f"{model}.urdf")
-        super().__init__(Arm(chain, parts, self_collision), tabletop(scene), model, (scene,))
+        tree, parts = read_urdf(_MODELS / f"{model}.urdf")
+        super().__init__(Arm(tree, parts, self_collision), tabletop(scene), model, (scene,))
 
 
 class UserArm(ArmWorld):
-    """An arm from a URDF file among the solids of a scene file.
+    """A robot from a URDF file among the solids of a scene file.
+
+    At most one of `group`, `tip` and `joints` says which joints move: by default all that mimic no
+    other. Their order is that of the robot's tree.
 
     Args:
-        urdf: a serial arm, see `envs.robots.urdf.read_urdf`.
+        urdf: the robot, see `envs.robots.urdf.read_urdf`.
         scene: a YAML file, see `envs.scenes.scene_file.read_scene`; without one, nothing is about.
         self_collision: whether links that are not neighbours must not touch each other.
+        srdf: the robot's SRDF file, with groups, states and links that may touch.
+        group: the name of a planning group of the SRDF's.
+        tip: the name of a link, for the joints between the base and it.
+        joints: names of joints.
+        state: the name of group states of the SRDF's, where the other joints stand.
+        pose: where some of the others stand, as JOINT:VALUE in radians or metres. What neither
+            says stands at 0, or as near as its limits allow.
         geometry: which geometry of the links collides, "collision" or "visual".
 
     Raises:
-        InputError: a file cannot be used.
+        InputError: a file cannot be used, or does not have what is named.
     """
 
     def __init__(
@@ -59,13 +72,32 @@ class UserArm(ArmWorld):
         urdf: str = "",
         scene: str = "",
         self_collision: bool = True,
+        srdf: str = "",
+        group: str = "",
+        tip: str = "",
+        joints: tuple[str, ...] = (),
+        state: str = "",
+        pose: tuple[str, ...] = (),
         geometry: str = "collision",
     ) -> None:
         if not urdf:
             raise InputError("arm: urdf=FILE is needed, and scene=FILE.yaml with the obstacles")
-        chain, parts = read_urdf(Path(urdf), geometry)
+        semantics = read_srdf(Path(srdf)) if srdf else Srdf()
+        planned = PlanningGroup(semantics, group, tip, joints, state, dict(map(_value_of, pose)))
+        tree, parts = read_urdf(Path(urdf), planned, geometry)
+        allowed = semantics.allowed([link.name for link in tree.links])
         obstacles = read_scene(Path(scene)) if scene else []
-        super().__init__(Arm(chain, parts, self_collision), obstacles, "arm")
+        super().__init__(Arm(tree, parts, self_collision, allowed), obstacles, "arm")
+
+
+def _value_of(text: str) -> tuple[str, float]:
+    """A joint's name and value."""
+    name, _, value = text.rpartition(":")
+    try:
+        [number] = numbers_of("pose", value)
+    except InputError as error:
+        raise InputError(f"arm: pose={text!r} must be JOINT:VALUE, a finite number") from error
+    return name, number
 
 
 _TABLE = PlacedShape(Box(np.zeros(3), np.array([2.4, 2.4, 0.1])), np.eye(4))

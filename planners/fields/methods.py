@@ -23,7 +23,7 @@ from planners.fields.objectives import (
 )
 from planners.fields.paper import PaperField, PublishedPhysics
 from planners.fields.physics import GroupPlan, NearSurfaces
-from planners.fields.robot_features import ArmInputs, size_of_inputs
+from planners.fields.robot_features import ArmInputs
 from planners.learning.normalizer import Normalizer, obstacle_point_cloud
 from planners.learning.trainer import Method
 from planners.learning.training_loop import Recipe, Rollback
@@ -84,13 +84,9 @@ def survey(net: TimeField, seed: int) -> None:
 
 def for_arms(env: Environment) -> TimeField:
     """The network for arms, see `planners.fields.robot_features`."""
-    made = FieldShape(
-        env.dimension,
-        frequencies=0,
-        speed_ratio=_ARM_RATIO,
-        computed=size_of_inputs(env.dimension),
-    )
-    return TimeField(made, inputs=ArmInputs(env))
+    inputs = ArmInputs(env)
+    made = FieldShape(env.dimension, frequencies=0, speed_ratio=_ARM_RATIO, computed=inputs.size)
+    return TimeField(made, inputs=inputs)
 
 
 def published(env: Environment) -> PaperField:

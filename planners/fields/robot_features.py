@@ -20,7 +20,7 @@ from envs.compiled import njit_cached_quick
 from envs.problem import Array
 from envs.robots.arm import RobotArrays
 from envs.robots.arm_clearance import part_clearances
-from envs.robots.chain import body_poses
+from envs.robots.kinematic_tree import body_poses
 from envs.speed_model import NormalizedSpeed
 from planners.fields.computed_inputs import (
     PER_CLEARANCE,
@@ -67,12 +67,12 @@ class ArmClearanceField(NamedTuple):
 
 
 class ArmInputs(ComputedInputs):
-    """Inputs of a network: 2 d of the joints, then 3 and 3 for each body."""
+    """Inputs of a network: 2 d of the coordinates, then 3 and 3 for each of m bodies."""
 
     def __init__(self, env: Environment) -> None:
         super().__init__()
         self._field = ArmClearanceField.of(env)
-        self.size = size_of_inputs(env.dimension)
+        self.size = size_of_inputs(self._field.arm)
 
     @property
     def field(self) -> ArmClearanceField:
@@ -88,28 +88,30 @@ class ArmInputs(ComputedInputs):
         return rows
 
 
-def size_of_inputs(dimension: int) -> int:
-    """How many inputs there are of an arm of d joints."""
-    return (2 + 3 + PER_CLEARANCE) * dimension
+def size_of_inputs(arm: RobotArrays) -> int:
+    """How many inputs there are of an arm."""
+    joints, coordinates = len(arm.tree.parents), len(arm.tree.wraps)
+    return 2 * coordinates + (3 + PER_CLEARANCE) * joints
 
 
 @njit_cached_quick
 def arm_inputs(field: Any, x: Any, rows: Any) -> None:
     """Writes the inputs at (d,), and their derivatives along each axis, (1 + d, size)."""
-    d = len(x)
+    d, m = len(x), len(field.arm.tree.parents)
     arm, extent = field.arm, field.extent
     q = field.middle + extent * x  # so that a derivative by x is `extent` times that by q
-    bodies = np.empty((1 + d, 3, 4))
-    body_poses(arm.chain, q, bodies)
-    axes, origins = np.empty((d, 3)), np.empty((d, 3))
+    bodies = np.empty((1 + m, 3, 4))
+    body_poses(arm.tree, q, bodies)
+    axes, origins = np.empty((m, 3)), np.empty((m, 3))
     joint_axes(arm, bodies, axes, origins)
     rows[:] = 0.0
     for i in range(d):
         rows[0, i], rows[0, d + i] = math.sin(q[i]), math.cos(q[i])
         rows[1 + i, i], rows[1 + i, d + i] = extent * rows[0, d + i], -extent * rows[0, i]
     slope, point, normal = np.zeros(d), np.empty(3), np.zeros(3)
-    for body in range(1, 1 + d):
-        at_point, at_clearance = 2 * d + 3 * (body - 1), 5 * d + PER_CLEARANCE * (body - 1)
+    for body in range(1, 1 + m):
+        at_point = 2 * d + 3 * (body - 1)
+        at_clearance = 2 * d + 3 * m + PER_CLEARANCE * (body - 1)
         point[0], point[1], point[2] = at(bodies[body], _tip(arm, body))
         for i in range(3):
             rows[0, at_point + i] = point[i]
@@ -136,9 +138,9 @@ def arm_inputs(field: Any, x: Any, rows: Any) -> None:
 
 @njit_cached_quick
 def joint_axes(arm: Any, bodies: Any, axes: Any, origins: Any) -> None:
-    """Writes the axes (d, 3) of the joints and a point (d, 3) of each, from the bodies' poses."""
+    """Writes the axes (m, 3) of the joints and a point (m, 3) of each, from the bodies' poses."""
     for i in range(len(axes)):
-        pose, axis = bodies[i + 1], arm.chain.axes[i]
+        pose, axis = bodies[i + 1], arm.tree.axes[i]
         for k in range(3):
             axes[i, k] = pose[k, 0] * axis[0] + pose[k, 1] * axis[1] + pose[k, 2] * axis[2]
             origins[i, k] = pose[k, 3]
@@ -148,15 +150,17 @@ def joint_axes(arm: Any, bodies: Any, axes: Any, origins: Any) -> None:
 def _moved_along(
     arm: Any, axes: Any, origins: Any, body: int, point: Any, normal: Any, slope: Any
 ) -> None:
-    """Writes how fast a point (3,) of a body moves along `normal` (3,) by each joint, (d,)."""
+    """Writes how fast a point (3,) of a body moves along `normal` (3,) by each coordinate, (d,)."""
     slope[:] = 0.0
-    for i in range(body):
-        u = axes[i]
-        if arm.chain.prismatic[i]:
-            slope[i] = u[0] * normal[0] + u[1] * normal[1] + u[2] * normal[2]
+    while body > 0:
+        i = body - 1
+        u, k, ratio = axes[i], arm.tree.coordinates[i], arm.tree.ratios[i]
+        body = arm.tree.parents[i]
+        if arm.tree.prismatic[i]:
+            slope[k] += ratio * (u[0] * normal[0] + u[1] * normal[1] + u[2] * normal[2])
             continue
         x, y, z = point[0] - origins[i, 0], point[1] - origins[i, 1], point[2] - origins[i, 2]
-        slope[i] = (
+        slope[k] += ratio * (
             normal[0] * (u[1] * z - u[2] * y)
             + normal[1] * (u[2] * x - u[0] * z)
             + normal[2] * (u[0] * y - u[1] * x)
@@ -165,10 +169,16 @@ def _moved_along(
 
 @njit_cached_quick
 def _tip(arm: Any, body: int) -> Any:
-    """Where, in a body's frame (3,), the next joint is, or the middle of the last part."""
-    if body < len(arm.chain.origins):
-        return arm.chain.origins[body][:, 3].copy()
-    return arm.middles[arm.moving - 1].copy()
+    """Where, in a body's frame (3,), the first joint on it is, or the middle of its last part; of
+    a body with neither, whatever it carries along."""
+    for joint in range(body, len(arm.tree.parents)):
+        if arm.tree.parents[joint] == body:
+            return arm.tree.origins[joint][:, 3].copy()
+    tip = arm.moving - 1
+    for part in range(arm.moving):
+        if arm.bodies[part] == body:
+            tip = part
+    return arm.middles[tip].copy()
 
 
 @njit_cached_quick
@@ -204,14 +214,14 @@ def arm_clearance_at(field: Any, x: Any) -> float:
 def arm_outward(field: Any, x: Any, missing: float, step: Any) -> None:
     """Writes a step (d,) from (d,) along the gradient of the clearance from obstacles, by which
     that grows by about `missing`; no longer than `_LONGEST_PUSH`."""
-    d = len(x)
-    bodies = np.empty((1 + d, 3, 4))
-    body_poses(field.arm.chain, field.middle + field.extent * x.astype(np.float64), bodies)
-    axes, origins = np.empty((d, 3)), np.empty((d, 3))
+    m = len(field.arm.tree.parents)
+    bodies = np.empty((1 + m, 3, 4))
+    body_poses(field.arm.tree, field.middle + field.extent * x.astype(np.float64), bodies)
+    axes, origins = np.empty((m, 3)), np.empty((m, 3))
     joint_axes(field.arm, bodies, axes, origins)
     least, nearest_body, obstacle = np.inf, 0, NO_OBSTACLE
     center, point, normal = np.zeros(3), np.zeros(3), np.zeros(3)
-    for body in range(1, 1 + d):
+    for body in range(1, 1 + m):
         distance, which = _nearest_ball(field, bodies, body, point)
         if distance < least:
             least, nearest_body, obstacle = distance, body, which

@@ -98,7 +98,7 @@ def test_the_tip_and_where_it_goes() -> None:
     world = envs.make("arm6")
     assert isinstance(world, ArmWorld)
     q = np.random.default_rng(0).uniform(world.lower, world.upper, (5, 6))
-    last = world.robot.chain.forward(q)[:, -1]
+    last = world.robot.tree.forward(q)[:, -1]
     tip = last[:, :3, 3] + 0.15 * last[:, :3, 2]
     assert world.robot.trace(q) == pytest.approx(tip[:, None])
 

@@ -269,9 +269,11 @@ def crane(folder: Path, type: str) -> World:
     [
         ("continuous", [1.0, 3.0], Verdict.VALID),
         ("continuous", [1.0, -1.0], Verdict.COLLISION),
-        # Joints do not wrap: from pi to -pi is a whole turn, past the post.
-        ("continuous", [1.0, np.pi, -np.pi, -1.0], Verdict.COLLISION),
-        ("continuous", [3.0, -3.0], Verdict.COLLISION),
+        # Across pi, which is -pi, it is behind the post; the long way has to be said.
+        ("continuous", [1.0, np.pi, -np.pi, -1.0], Verdict.VALID),
+        ("continuous", [3.0, -3.0], Verdict.VALID),
+        ("continuous", [3.0, 0.0, -3.0], Verdict.COLLISION),
+        ("continuous", [3.0, 2.0, 1.0, -1.0, -3.0], Verdict.COLLISION),
         ("continuous", [3.0, 3.3], Verdict.OUT_OF_BOUNDS),
         ("continuous", [1.0, 1.0 + 2 * np.pi], Verdict.OUT_OF_BOUNDS),
         ("revolute", [1.0, 2.5], Verdict.VALID),

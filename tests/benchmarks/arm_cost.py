@@ -27,7 +27,7 @@ def main(text: str) -> None:
     assert isinstance(env, ArmWorld)
     print(f"{text}: {env.dimension} joints, {len(env.robot.parts)} solids", end=", ")
     print(f"{len(env.robot.arrays.balls)} spheres, {len(env.obstacles)} obstacles")
-    in_bulk(env, "forward kinematics", env.robot.chain.forward, MILLION)
+    in_bulk(env, "forward kinematics", env.robot.tree.forward, MILLION)
     in_bulk(env, "clearances of pairs by spheres", env.approximate_clearance, 2 * MILLION)
     with_bounds, alone = env.collision_model(), CollisionModel(env.robot, env.obstacles)
     q = configurations(env, 5000)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from arm_speeds import assert_bounded, bounds_of, greatest_speeds
 from arms import (
     ARMS,
     arm_of,
@@ -18,9 +19,8 @@ from arms import (
 
 import envs
 from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere
-from envs.problem import Array
-from envs.robots.arm import Arm, Part, part_bounds
-from envs.robots.chain import Chain, Joint, Link
+from envs.robots.arm import Arm, Part
+from envs.robots.kinematic_tree import Joint
 
 
 def random_arm(rng: np.random.Generator) -> Arm:
@@ -46,42 +46,11 @@ def random_solid(rng: np.random.Generator) -> Solid:
     return solids[rng.integers(3)]
 
 
-def greatest_speeds(arm: Arm, a: Array, b: Array, steps: int = 40) -> Array:
-    """Of points on each moving part's surface, (moving,): the longest chords by the time they
-    take, which is never more than the highest speed."""
-    parts = arm.parts[: arm.moving]
-    links = tuple(Link("", part.body, part.placed.pose) for part in parts)
-    t = np.linspace(0, 1, steps + 1)[:, None]
-    poses = Chain(arm.chain.joints, links).forward(a + t * (b - a))
-    found = []
-    for number, part in enumerate(parts):
-        points = part.placed.solid.triangulate().vertices
-        turn, shift = poses[:, number, :3, :3], poses[:, number, None, :3, 3]
-        places = points @ turn.transpose(0, 2, 1) + shift
-        found.append(steps * np.linalg.norm(np.diff(places, axis=0), axis=2).max())
-    return np.array(found)
-
-
-def bounds_of(arm: Arm, a: Array, b: Array) -> Array:
-    bounds = np.empty(arm.moving)
-    part_bounds(arm.arrays, a, b, bounds)
-    return bounds
-
-
-def assert_bounded(arm: Arm, a: Array, b: Array) -> Array:
-    speeds, bounds = greatest_speeds(arm, a, b), bounds_of(arm, a, b)
-    assert (speeds <= bounds + 1e-9).all()
-    assert arm.motion_bound(a, b) == bounds.max()
-    assert bounds.max() <= arm.rate_bound * np.linalg.norm(b - a) + 1e-9
-    assert bounds == pytest.approx(bounds_of(arm, b, a))
-    return speeds / bounds
-
-
 @pytest.mark.parametrize("seed", range(15))
 def test_no_point_of_a_random_arm_outruns_its_bound(seed: int) -> None:
     rng = np.random.default_rng(seed)
     arm = random_arm(rng)
-    lower = np.array([one.lower for one in arm.chain.joints])
+    lower = np.array([one.lower for one in arm.tree.joints])
     for length in 10 ** rng.uniform(-2, 0, 12):
         a, b = rng.uniform(lower, -lower, (2, len(lower)))
         assert_bounded(arm, a, a + length * (b - a))

@@ -115,8 +115,11 @@ def post(x: float, radius: float = 0.05) -> PlacedShape:
 
 
 def test_what_a_wall_parts_is_not_connected(tmp_path: Path) -> None:
-    """A hand that turns about a post does not get from one side of another post to its other."""
-    chain, parts = read_urdf(arm_file(tmp_path, *TURNING_HAND))
+    """A hand that turns about a post does not get from one side of another post to its other, if it
+    cannot go round behind."""
+    limits = '<limit lower="-3.1" upper="3.1"/>'
+    limited = *TURNING_HAND[:2], joint("turn", "base", "hand", "revolute", limits, "0 0 1")
+    chain, parts = read_urdf(arm_file(tmp_path, *limited))
     world = ArmWorld(Arm(chain, parts, False), [post(0.5)], "test")
     view, scene = world.robot.arrays, world.scene
     samples = np.random.default_rng(0).uniform(world.lower, world.upper, (200, 1))
@@ -126,6 +129,19 @@ def test_what_a_wall_parts_is_not_connected(tmp_path: Path) -> None:
     model = world.collision_model()
     assert model.segment_is_free(left, behind)
     assert not model.segment_is_free(left, right)
+
+
+def test_what_lies_behind_half_a_turn_is_connected(tmp_path: Path) -> None:
+    """The same hand without limits, and what would be straight in numbers is blocked."""
+    chain, parts = read_urdf(arm_file(tmp_path, *TURNING_HAND))
+    world = ArmWorld(Arm(chain, parts, False), [post(0.5)], "test")
+    view, scene = world.robot.arrays, world.scene
+    samples = np.random.default_rng(0).uniform(world.lower, world.upper, (200, 1))
+    for left, right in np.array([[[0.6], [-0.6]], [[2.8], [-2.8]]]):
+        ends = left, right, samples, world.planning_tolerance
+        assert rrt_connect.is_connected(view, scene, *ends)
+    walled = ArmWorld(Arm(chain, parts, False), [post(0.5), post(-0.5)], "test")
+    assert not rrt_connect.is_connected(view, walled.scene, left, right, *ends[2:])
 
 
 def test_ways_around_are_found(tmp_path: Path) -> None:
@@ -165,9 +181,9 @@ def test_an_arm_has_as_many_joints_as_its_name_says(name: str) -> None:
 def test_the_wrist_of_the_sixth_is_where_that_of_a_ur5e_is() -> None:
     robot = envs.make("arm6").robot
     assert isinstance(robot, Arm)
-    wrist = robot.chain.forward(np.zeros((1, 6)))[0, -1]
+    wrist = robot.tree.forward(np.zeros((1, 6)))[0, -1]
     assert wrist[:3, 3] == pytest.approx([-0.8172, -0.2329, 0.0628], abs=1e-9)
-    upright = robot.chain.forward(np.array([[0, -math.pi / 2, 0, 0, 0, 0]]))[0]
+    upright = robot.tree.forward(np.array([[0, -math.pi / 2, 0, 0, 0, 0]]))[0]
     assert upright[3, :3, 3] == pytest.approx([0, 0, 0.1625 + 0.425], abs=1e-9)
 
 

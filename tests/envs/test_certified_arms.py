@@ -108,7 +108,7 @@ def test_bounds_half_as_great_would_be_found_out(
     sound, wrong = envs.make("arm4"), envs.make("arm4")
     assert isinstance(wrong, ArmWorld)
     arm = wrong.robot
-    wrong.robot = Slowed(arm.chain, arm.parts, arm.self_collision)
+    wrong.robot = Slowed(arm.tree, arm.parts, arm.self_collision)
     motions = segments(sound, n, 2, share_near=1)
     motions = motions[free_by(wrong, motions) & ~free_by(sound, motions)]
     assert refuted(sound, motions) > 0

@@ -15,7 +15,7 @@ from bad_urdfs import BAD_URDFS, LIMIT, collision, joint, link, robot, with_shap
 
 from envs import InputError
 from envs.collision.shapes import Box, Cylinder, Mesh, Sphere
-from envs.robots.chain import Chain
+from envs.robots.kinematic_tree import KinematicTree
 from envs.robots.urdf import read_urdf
 
 
@@ -63,7 +63,7 @@ def _axis(rng: np.random.Generator) -> str:
     return str(rng.choice(["1 0 0", "0 1 0", "0 0 1", "0 0 -1", ""]))
 
 
-def reference(text: str, chain: Chain, q: np.ndarray) -> np.ndarray:
+def reference(text: str, chain: KinematicTree, q: np.ndarray) -> np.ndarray:
     """Poses (n, links, 4, 4) of a chain's links by Pinocchio."""
     model = pinocchio.buildModelFromXML(text)
     data = model.createData()

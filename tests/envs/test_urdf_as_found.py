@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from bad_urdfs import BALL, LIMIT, joint, link, robot, with_shape
 
 from envs import InputError
 from envs.errors import tell_once
-from envs.robots.chain import Chain
+from envs.robots.kinematic_tree import KinematicTree
 from envs.robots.urdf import read_urdf
 
 A, B = link("a"), link("b")
@@ -20,7 +19,7 @@ AB = joint("ab", "a", "b")
 FINGER = '<limit lower="0" upper="0.04" effort="1" velocity="1"/>'
 
 
-def chain_of(folder: Path, text: str) -> Chain:
+def chain_of(folder: Path, text: str) -> KinematicTree:
     (folder / "arm.urdf").write_text(text)
     return read_urdf(folder / "arm.urdf")[0]
 
@@ -32,7 +31,7 @@ def refusal(folder: Path, text: str) -> str:
     return str(caught.value)
 
 
-def names(chain: Chain) -> list[str]:
+def names(chain: KinematicTree) -> list[str]:
     return [one.name for one in chain.joints]
 
 
@@ -149,48 +148,30 @@ def finger(number: int, more: str = "", type: str = "prismatic") -> str:
 MIMICS = '<mimic joint="finger0"/>'
 
 
-@pytest.mark.parametrize("more", ["", MIMICS])
-def test_a_gripper_is_one_message_that_names_all_fingers(more: str, tmp_path: Path) -> None:
-    said = refusal(tmp_path, hand(finger(0), finger(1, more), finger(2, more)))
-    note = " (mimics 'finger0')" if more else ""
-    assert f"joints 'finger0', and 'finger1'{note}, and 'finger2'{note} branch off" in said
-    assert 'type="fixed"' in said
+def test_fingers_of_a_gripper_open_and_close(tmp_path: Path) -> None:
+    chain = chain_of(tmp_path, hand(finger(0), finger(1), finger(2)))
+    assert names(chain) == ["ab", "finger0", "finger1", "finger2"]
+    assert chain.parents == (0, 1, 1, 1)
+    assert chain.dimension == 4
 
 
-def test_the_way_that_the_message_says_leads_on(tmp_path: Path) -> None:
+def test_fingers_that_mimic_one_follow_it(tmp_path: Path) -> None:
+    chain = chain_of(tmp_path, hand(finger(0), finger(1, MIMICS), finger(2, MIMICS)))
+    assert names(chain) == ["ab", "finger0", "finger1", "finger2"]
+    assert [one.name for one in chain.coordinates] == ["ab", "finger0"]
+    assert chain.upper.tolist() == [1.5, 0.04]
+
+
+def test_fingers_that_are_fixed_stand_still(tmp_path: Path) -> None:
     still = hand(finger(0, "", "fixed"), finger(1, MIMICS, "fixed"))
     assert names(chain_of(tmp_path, still)) == ["ab"]
     one = hand(finger(0), finger(1, MIMICS, "fixed"))
     assert names(chain_of(tmp_path, one)) == ["ab", "finger0"]
-
-
-def test_all_branches_are_named_with_what_is_beyond_them(tmp_path: Path) -> None:
-    """As in a mobile manipulator: wheels, a head, an arm, fingers."""
-    moving = [
-        *(("left_wheel", "base", "l"), ("right_wheel", "base", "r"), ("lift", "base", "torso")),
-        *(("pan", "torso", "head"), ("tilt", "head", "eye"), ("shoulder", "torso", "upper")),
-        *(("elbow", "upper", "fore"), ("wrist", "fore", "palm"), ("roll", "palm", "hand")),
-        *(("left", "hand", "lf"), ("right", "hand", "rf")),
-    ]
-    links = ["base", *(child for _, _, child in moving)]
-    said = refusal(tmp_path, robot(*map(link, links), *(joint(*ends) for ends in moving)))
-    assert "'left_wheel', and 'right_wheel', and 'lift' with 8 joints beyond it; and" in said
-    assert "'pan' with 'tilt' beyond it, and 'shoulder' with 5 joints beyond it; and" in said
-    assert "'left', and 'right' branch off" in said
-    assert len(said) < 600
-
-
-def test_all_joints_that_mimic_are_named(tmp_path: Path) -> None:
-    """As in a linkage that turns several joints at once."""
-    mimics = LIMIT + '<mimic joint="ab"/>'
-    text = robot(
-        *(A, B, link("c"), link("d"), AB),
-        *(joint("bc", "b", "c", inside=mimics), joint("cd", "c", "d", inside=mimics)),
-    )
-    said = refusal(tmp_path, text)
-    assert "joint 'bc' (mimics 'ab') and joint 'cd' (mimics 'ab')" in said
-    assert 'type="fixed"' in said
-    assert "<mimic>" in said
+    first = hand(finger(0, "", "fixed"), finger(1, MIMICS.replace("/>", ' offset="0.01"/>')))
+    chain = chain_of(tmp_path, first)
+    assert names(chain) == ["ab"]
+    assert chain.links[-1].name == "f1"
+    assert chain.links[-1].offset[0, 3] == 0.01
 
 
 @pytest.mark.parametrize("name", ["hand.fbx", "hand.FBX", "hand.gltf", "hand.step"])
@@ -199,26 +180,3 @@ def test_formats_that_are_not_read_have_a_remedy(name: str, tmp_path: Path) -> N
     said = refusal(tmp_path, with_shape(f'<mesh filename="{name}"/>'))
     assert f"link 'b': {tmp_path / name}: meshes are read from .obj" in said
     assert "convert it to .stl or .obj" in said
-
-
-DATA = Path(os.environ.get("BENCH_DATA", "data")) / "mbm"
-
-
-@pytest.mark.parametrize(("name", "joints"), [("panda", 7), ("ur5", 6), ("fetch", 8)])
-def test_robots_of_motionbenchmaker_are_read(name: str, joints: int) -> None:
-    file = DATA / name / f"{name}.urdf"
-    if not file.is_file():
-        pytest.skip(f"there is no {file}; BENCH_DATA names the folder")
-    chain, parts = read_urdf(file)
-    assert chain.dimension == joints
-    assert len(parts) > joints
-
-
-def test_a_robot_with_two_arms_is_refused_by_their_first_joints() -> None:
-    file = DATA / "baxter" / "baxter.urdf"
-    if not file.is_file():
-        pytest.skip(f"there is no {file}; BENCH_DATA names the folder")
-    with pytest.raises(
-        InputError, match=r"right_s0' with 6 joints beyond it, and 'left_s0' with 6"
-    ):
-        read_urdf(file)

@@ -13,7 +13,7 @@ from mutations import contents
 
 from envs.collision.shapes import PlacedShape
 from envs.robots.arm import Part
-from envs.robots.chain import Chain
+from envs.robots.kinematic_tree import KinematicTree
 from envs.robots.urdf import read_urdf
 from envs.scenes.scene_file import read_scene
 
@@ -83,11 +83,11 @@ def assert_finite(placed: PlacedShape) -> None:
 def test_urdfs(folder: Path) -> None:
     file = folder / "arm.urdf"
 
-    def parse(content: bytes) -> tuple[Chain, tuple[Part, ...]]:
+    def parse(content: bytes) -> tuple[KinematicTree, tuple[Part, ...]]:
         file.write_bytes(content)
         return read_urdf(file)
 
-    def check(arm: tuple[Chain, tuple[Part, ...]]) -> None:
+    def check(arm: tuple[KinematicTree, tuple[Part, ...]]) -> None:
         chain, parts = arm
         assert chain.dimension > 0
         for one in chain.joints:

@@ -65,9 +65,9 @@ def test_inputs_know_sines_places_and_clearances(world: ArmWorld) -> None:
     assert first[:, :d] == pytest.approx(np.sin(q))
     assert first[:, d : 2 * d] == pytest.approx(np.cos(q))
     # The far end of body 1 is the origin of joint 2, which carries body 2.
-    link = next(n for n, link in enumerate(world.robot.chain.links) if link.body == 2)
+    link = next(n for n, link in enumerate(world.robot.tree.links) if link.body == 2)
     assert first[:, 2 * d : 2 * d + 3] == pytest.approx(
-        world.robot.chain.forward(q)[:, link, :3, 3], abs=1e-9
+        world.robot.tree.forward(q)[:, link, :3, 3], abs=1e-9
     )
     nearness = first[:, 5 * d + 2 :: 3]  # of each body: 1 less its clearance, between 0 and 1.5
     clearance = world.approximate_clearance(q) / world.speed_model.d_max

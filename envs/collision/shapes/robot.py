@@ -13,7 +13,7 @@ Pose = tuple[Array | None, Array]
 
 class Robot(Protocol):
     """The contract of a robot: rigid shapes that a configuration places. What collision checking
-    and pictures ask; `envs.robots` has a ball that translates and serial arms.
+    and pictures ask; `envs.robots` has a ball that translates and arms.
 
     The bounds on motion are what certified checks rest on: they may be too large, which costs
     time, and must never be too small.
@@ -42,13 +42,14 @@ class Robot(Protocol):
 
     @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
-        """Which shapes, by their numbers, must not touch each other. The first of two moves, and
-        it is the one that moves as seen from the other."""
+        """Which shapes, by their numbers, must not touch each other, each two once. The first of
+        them moves."""
 
     @property
     def rate_bound(self) -> float:
         """An upper bound, over all configurations, on the workspace distance that any point of
-        the robot travels per unit of distance in configuration space."""
+        the robot travels per unit of distance in configuration space, and by which the distance
+        of two shapes of `pairs` changes."""
 
     def poses(self, q: Array) -> tuple[Pose, ...]:
         """The placement of every shape. Pictures show it there by `Solid.triangulate`.
@@ -64,7 +65,8 @@ class Robot(Protocol):
     def motion_bound(self, a: Array, b: Array) -> float:
         """An upper bound on the workspace distance that any point of the robot travels per unit
         of t while the configuration moves from a to b the shortest way, t in [0, 1]: in R^d as
-        a + t (b - a).
+        a + t (b - a); and on the rate at which the distance of two shapes of `pairs` changes, of
+        which both may move.
 
         Args:
             a, b: configurations, float64 (d,).

@@ -1,0 +1,269 @@
+"""Forward kinematics of kinematic trees, for many configurations at once.
+
+Frames: every link has one, as in URDF. Fixed and locked joints are folded, so what moves as one is
+a `body`: body 0 is the base, which stands still, and body i is what moving joint i - 1 carries. A
+body has a greater number than the one that it is joined to. All poses are in the frame of the base.
+Angles are in radians, lengths in metres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envs.collision.gjk import compose
+from envs.compiled import njit_cached, njit_hot
+from envs.problem import Array
+from envs.spaces import Coordinates, Space
+
+
+class Mimic(NamedTuple):
+    """How a joint follows another: its value is ratio times the other's, plus offset.
+
+    Attributes:
+        joint: the number of the other one, which follows none.
+        ratio, offset: in radians or metres, as either turns or slides.
+    """
+
+    joint: int
+    ratio: float
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint that moves.
+
+    Attributes:
+        name: for messages.
+        origin: (4, 4), from the frame of the joint at 0 to that of the body before it.
+        axis: (3,) of unit length, in the joint's frame.
+        prismatic: whether it slides along the axis instead of turning about it.
+        lower, upper: limits, in radians or metres; of one that follows another, the least and
+            greatest value that it comes to so.
+        velocity: the limit of its velocity, in radians or metres a second; None if none is stated.
+        wraps: whether it turns for ever: its limits are a turn apart, and the same place.
+        mimic: how it follows another joint, if it does.
+    """
+
+    name: str
+    origin: Array
+    axis: Array
+    prismatic: bool
+    lower: float
+    upper: float
+    velocity: float | None = None
+    wraps: bool = False
+    mimic: Mimic | None = None
+
+    @property
+    def slide(self) -> float:
+        """How far, in metres, it moves along its axis at most."""
+        return max(abs(self.lower), abs(self.upper)) if self.prismatic else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A link, rigidly joined to a body.
+
+    Attributes:
+        name: as in URDF.
+        body: its number.
+        offset: (4, 4), from the link's frame to the body's.
+        parent: the name of the link that a joint joins it to; of the base, none.
+    """
+
+    name: str
+    body: int
+    offset: Array
+    parent: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class KinematicTree:
+    """A base, and bodies that joints join to it and to each other.
+
+    A configuration has a coordinate for each joint that follows no other.
+
+    Attributes:
+        joints: joint i carries body i + 1.
+        links: depth first from the base.
+        parents: of each joint, the number of the body that it is joined to, no greater than its
+            own number.
+    """
+
+    joints: tuple[Joint, ...]
+    links: tuple[Link, ...]
+    parents: tuple[int, ...]
+
+    @classmethod
+    def serial(cls, joints: tuple[Joint, ...], links: tuple[Link, ...]) -> KinematicTree:
+        """A chain, each joint on the body that the one before carries."""
+        return cls(joints, links, tuple(range(len(joints))))
+
+    @property
+    def is_serial(self) -> bool:
+        """Whether each body is joined to the one before, and no joint follows another."""
+        in_line = self.parents == tuple(range(len(self.joints)))
+        return in_line and len(self.coordinates) == len(self.joints)
+
+    @cached_property
+    def coordinates(self) -> tuple[Joint, ...]:
+        """The joints that follow no other, (d,)."""
+        return tuple(joint for joint in self.joints if joint.mimic is None)
+
+    @property
+    def dimension(self) -> int:
+        """d, the number of coordinates."""
+        return len(self.coordinates)
+
+    @cached_property
+    def lower(self) -> Array:
+        """Of the coordinates, (d,)."""
+        return np.array([joint.lower for joint in self.coordinates])
+
+    @cached_property
+    def upper(self) -> Array:
+        """Of the coordinates, (d,)."""
+        return np.array([joint.upper for joint in self.coordinates])
+
+    @cached_property
+    def space(self) -> Space:
+        """Of its configurations, in which joints that turn for ever wrap."""
+        wraps = [joint.wraps for joint in self.coordinates]
+        return Space([Coordinates(self.lower, self.upper, wraps)])
+
+    def joints_to(self, body: int) -> Iterator[int]:
+        """The numbers of the joints between a body and the base, from the body on."""
+        while body > 0:
+            yield body - 1
+            body = self.parents[body - 1]
+
+    def branch(self, body: int, other: int) -> int:
+        """The number of the body on which two bodies branch: the last on the ways to both; if one
+        of them is on the way to the other, that one."""
+        on_way = {0, *(joint + 1 for joint in self.joints_to(body))}
+        return max(on_way & {0, *(joint + 1 for joint in self.joints_to(other))})
+
+    @cached_property
+    def arrays(self) -> TreeArrays:
+        """What compiled code is given."""
+        places = np.cumsum([joint.mimic is None for joint in self.joints]) - 1
+        follows = [joint.mimic or Mimic(n, 1.0, 0.0) for n, joint in enumerate(self.joints)]
+        return TreeArrays(
+            np.array(self.parents),
+            np.array([joint.origin[:3] for joint in self.joints]),
+            np.array([joint.axis for joint in self.joints]),
+            np.array([joint.prismatic for joint in self.joints]),
+            places[[one.joint for one in follows]],
+            np.array([one.ratio for one in follows]),
+            np.array([one.offset for one in follows]),
+            np.array([joint.wraps for joint in self.coordinates]),
+        )
+
+    def definition(self) -> list[list[float]]:
+        """Of each joint what it is joined to and which coordinate it follows, with ratio and
+        offset, as JSON data."""
+        arrays = self.arrays
+        columns = arrays.parents, arrays.coordinates, arrays.ratios, arrays.offsets
+        return [list(row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+
+    def forward(self, q: Array) -> Array:
+        """Poses (n, links, 4, 4) of the links at configurations (n, d)."""
+        configurations = np.ascontiguousarray(q, dtype=np.float64)
+        if configurations.ndim != 2 or configurations.shape[1] != self.dimension:
+            raise ValueError(
+                f"configurations must be (n, {self.dimension}), not {configurations.shape}"
+            )
+        bodies, offsets = self._link_arrays
+        poses = np.zeros((len(configurations), len(bodies), 4, 4))
+        _forward(self.arrays, configurations, bodies, offsets, poses)
+        return poses
+
+    @cached_property
+    def _link_arrays(self) -> tuple[NDArray[np.int64], Array]:
+        bodies = np.array([link.body for link in self.links])
+        return bodies, np.array([link.offset[:3] for link in self.links])
+
+
+class TreeArrays(NamedTuple):
+    """A tree's m joints as compiled code sees them.
+
+    Poses in compiled code are (3, 4), the upper rows of homogeneous ones.
+
+    Attributes:
+        parents: (m,) bodies that they are joined to.
+        origins, axes, prismatic: (m, 3, 4), (m, 3), (m,).
+        coordinates, ratios, offsets: (m,) which coordinate each follows, and how.
+        wraps: (d,) which coordinates wrap.
+    """
+
+    parents: NDArray[np.int64]
+    origins: Array
+    axes: Array
+    prismatic: NDArray[np.bool_]
+    coordinates: NDArray[np.int64]
+    ratios: Array
+    offsets: Array
+    wraps: NDArray[np.bool_]
+
+
+@njit_hot
+def body_poses(tree: Any, q: Any, poses: Any) -> None:
+    """Writes the poses (1 + m, 3, 4) of the bodies at a configuration (d,)."""
+    poses[0] = 0.0
+    for i in range(3):
+        poses[0, i, i] = 1.0
+    for joint in range(len(tree.parents)):
+        pose = poses[joint + 1]
+        compose(poses[tree.parents[joint]], tree.origins[joint], pose)
+        value = joint_value(tree, joint, q)
+        if tree.prismatic[joint]:
+            _slide(pose, tree.axes[joint], value)
+        else:
+            _turn(pose, tree.axes[joint], value)
+
+
+@njit_hot
+def joint_value(tree: Any, joint: int, q: Any) -> float:
+    """Of a joint at a configuration (d,)."""
+    value: float = tree.ratios[joint] * q[tree.coordinates[joint]] + tree.offsets[joint]
+    return value
+
+
+@njit_hot
+def _slide(pose: Any, axis: Any, value: float) -> None:
+    """Moves a pose (3, 4) along an axis of its own."""
+    for i in range(3):
+        along = pose[i, 0] * axis[0] + pose[i, 1] * axis[1] + pose[i, 2] * axis[2]
+        pose[i, 3] += value * along
+
+
+@njit_hot
+def _turn(pose: Any, axis: Any, angle: float) -> None:
+    """Turns a pose (3, 4) about an axis of its own, by Rodrigues' formula for each of its rows r:
+    the new one is r cos + (r x axis) sin + (r axis)(1 - cos) axis."""
+    x, y, z = axis[0], axis[1], axis[2]
+    c, s = math.cos(angle), math.sin(angle)
+    for i in range(3):
+        u, v, w = pose[i, 0], pose[i, 1], pose[i, 2]
+        along = (u * x + v * y + w * z) * (1.0 - c)
+        pose[i, 0] = u * c + (v * z - w * y) * s + along * x
+        pose[i, 1] = v * c + (w * x - u * z) * s + along * y
+        pose[i, 2] = w * c + (u * y - v * x) * s + along * z
+
+
+@njit_cached
+def _forward(tree: Any, q: Any, bodies: Any, offsets: Any, poses: Any) -> None:
+    at_body = np.empty((1 + len(tree.parents), 3, 4))
+    for n in range(len(q)):
+        body_poses(tree, q[n], at_body)
+        for link in range(len(bodies)):
+            compose(at_body[bodies[link]], offsets[link], poses[n, link])
+            poses[n, link, 3, 3] = 1.0

@@ -1,0 +1,41 @@
+"""How fast the parts of arms move, and the bounds on that."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from envs.problem import Array
+from envs.robots.arm import Arm, part_bounds
+from envs.robots.kinematic_tree import KinematicTree, Link
+
+
+def greatest_speeds(arm: Arm, a: Array, b: Array, steps: int = 40) -> Array:
+    """Of points on each moving part's surface, (moving,): the longest chords by the time they
+    take, which is never more than the highest speed."""
+    parts = arm.parts[: arm.moving]
+    links = tuple(Link("", part.body, part.placed.pose) for part in parts)
+    t = np.linspace(0, 1, steps + 1)[:, None]
+    poses = KinematicTree(arm.tree.joints, links, arm.tree.parents).forward(a + t * (b - a))
+    found = []
+    for number, part in enumerate(parts):
+        points = part.placed.solid.triangulate().vertices
+        turn, shift = poses[:, number, :3, :3], poses[:, number, None, :3, 3]
+        places = points @ turn.transpose(0, 2, 1) + shift
+        found.append(steps * np.linalg.norm(np.diff(places, axis=0), axis=2).max())
+    return np.array(found)
+
+
+def bounds_of(arm: Arm, a: Array, b: Array) -> Array:
+    bounds = np.empty(arm.moving)
+    part_bounds(arm.arrays, a, b, bounds)
+    return bounds
+
+
+def assert_bounded(arm: Arm, a: Array, b: Array) -> Array:
+    speeds, bounds = greatest_speeds(arm, a, b), bounds_of(arm, a, b)
+    assert (speeds <= bounds + 1e-9).all()
+    assert arm.motion_bound(a, b) == bounds.max()
+    assert bounds.max() <= arm.rate_bound * np.linalg.norm(b - a) + 1e-9
+    assert bounds == pytest.approx(bounds_of(arm, b, a))
+    return speeds / bounds
