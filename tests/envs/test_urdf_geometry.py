@@ -32,7 +32,7 @@ def visual(shape: str, origin: str = "") -> str:
 
 def parts_of(folder: Path, text: str, geometry: str = "collision") -> tuple[Part, ...]:
     (folder / "arm.urdf").write_text(text)
-    return read_urdf(folder / "arm.urdf", geometry)[1]
+    return read_urdf(folder / "arm.urdf", geometry=geometry)[1]
 
 
 def solid_of(folder: Path, shape: str) -> Solid:
