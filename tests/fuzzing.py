@@ -24,6 +24,7 @@ CASES = {
     "manifests": 1800,
     "experiments": 1200,
     "URDFs": 1200,
+    "SRDFs": 1200,
     "scenes": 1200,
     "Collada meshes": 1200,
 }

@@ -151,7 +151,7 @@ def _check_root(root: ElementTree.Element, kind: str) -> None:
         expanded = f"OUT.{kind.lower()}"
         raise InputError(f"has xacro macros in it; expand them first: xacro IN > {expanded}")
     if root.tag != "robot":
-        raise InputError(f"has no <robot> but <{root.tag}> at its top; is it a {kind}?")
+        raise InputError(f"has no <robot> but <{root.tag}> at its top; is this {kind}?")
     if not root.get("name"):
         raise InputError("its <robot> has no name; give it one")
 

@@ -43,6 +43,9 @@ _MOST_UNJOINED = 100
 _HOPELESS = 20
 """Times that 1024 random configurations hold no end, before a world is found to have none."""
 
+_AT_A_TIME = 64
+"""Random pairs of which it is asked whether they may be ends, before any is used."""
+
 _LOOKED_AT = 256
 """Configurations at which the cause is sought."""
 
@@ -239,7 +242,10 @@ class ArmWorld(Environment):
     def _take(self, made: _Made, rng: np.random.Generator, start: Array, goal: Array) -> bool:
         """Adds a problem if it will do."""
         arm, scene = self.robot.arrays, self.scene
-        straight = self._model.segment_is_free(start, goal)
+        # What is free for planners is free for the judge, and asked in a hundredth of the time.
+        line = [np.array([start, goal])]
+        for_planners = bool(self.paths_are_free(line, self.planning_tolerance)[0])
+        straight = for_planners or self._model.segment_is_free(start, goal)
         recent = made.straight[len(made.straight) - len(made.straight) % 5 :]
         if straight and sum(recent) == self.most_free_of_five:
             return False
@@ -257,12 +263,15 @@ class ArmWorld(Environment):
         fruitless, none = 0, 0
         while fruitless < 100 and none < _HOPELESS:
             start, goal = rng.uniform(self.lower, self.upper, (2, 1024, self.dimension))
-            keep = self.space.distance(start, goal) >= self.min_separation
-            keep[keep] &= self._may_be_end(start[keep])
-            none = 0 if keep.any() else none + 1
-            keep[keep] &= self._may_be_end(goal[keep])
-            fruitless = 0 if keep.any() else fruitless + 1
-            yield from zip(start[keep], goal[keep], strict=True)
+            none, fruitless = none + 1, fruitless + 1
+            for some in range(0, 1024, _AT_A_TIME):
+                a, b = start[some : some + _AT_A_TIME], goal[some : some + _AT_A_TIME]
+                keep = self.space.distance(a, b) >= self.min_separation
+                keep[keep] &= self._may_be_end(a[keep])
+                none = 0 if keep.any() else none
+                keep[keep] &= self._may_be_end(b[keep])
+                fruitless = 0 if keep.any() else fruitless
+                yield from zip(a[keep], b[keep], strict=True)
 
     def _may_be_end(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, d) keep the clearance that problems' ends do."""

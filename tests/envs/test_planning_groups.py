@@ -201,7 +201,7 @@ BAD_SRDFS = {
         '<robot name="a" xmlns:xacro="http://ros.org/xacro"><xacro:arm/></robot>',
         "xacro IN > OUT.srdf",
     ),
-    "not a robot": ("<sdf/>", "is it a SRDF?"),
+    "not a robot": ("<sdf/>", "is this SRDF?"),
     "half a pair": ('<robot name="a"><disable_collisions link1="a"/></robot>', "without link2"),
     "half a chain": (
         '<robot name="a"><group name="g"><chain tip_link="a"/></group></robot>',

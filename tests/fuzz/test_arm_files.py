@@ -14,6 +14,8 @@ from mutations import contents
 from envs.collision.shapes import PlacedShape
 from envs.robots.arm import Part
 from envs.robots.kinematic_tree import KinematicTree
+from envs.robots.planning_group import PlanningGroup
+from envs.robots.srdf import read_srdf
 from envs.robots.urdf import read_urdf
 from envs.scenes.scene_file import read_scene
 
@@ -42,9 +44,28 @@ URDFS = (
         link("b", collision('<mesh filename="cube.stl"/>')),
         link("c", "<visual><geometry><sphere radius='1'/></geometry></visual>" + collision(MESH)),
         joint("ab", "a", "b", "continuous", "<dynamics damping='0.1' friction='0'/>", "1 0 0"),
-        joint("bc", "b", "c", axis="0 0.7 -0.7"),
+        joint("bc", "b", "c", inside='<mimic joint="ab" multiplier="-2"/>', axis="0 0.7 -0.7"),
         '<transmission name="t"><type>x</type><joint name="ab"/></transmission>',
     ),
+)
+
+TREE = robot(
+    *(link("world", ""), link("base"), link("hand"), link("left"), link("right")),
+    joint("drive", "world", "base", "planar", LIMIT),
+    joint("arm", "base", "hand", "continuous", axis="0 0 1"),
+    joint("open", "hand", "left", "prismatic", LIMIT, "0 1 0"),
+    joint("follow", "hand", "right", inside='<mimic joint="open" multiplier="-1" offset="2"/>'),
+)
+
+SRDFS = (
+    """<robot name="arm">
+    <group name="all"><group name="arm"/><link name="left"/><joint name="arm"/></group>
+    <group name="arm"><chain base_link="base" tip_link="hand"/></group>
+    <group_state name="up" group="arm"><joint name="arm" value="-0.5"/></group_state>
+    <virtual_joint name="in_world" type="floating" parent_frame="world" child_link="base"/>
+    <disable_collisions link1="left" link2="right" reason="Never"/>
+    <disable_default_collisions link="hand"/><enable_collisions link1="hand" link2="base"/>
+    </robot>""",
 )
 
 SCENES = (
@@ -99,6 +120,24 @@ def test_urdfs(folder: Path) -> None:
             assert_finite(part.placed)
 
     fuzzed("URDFs", contents(URDFS), parse, check)
+
+
+def test_srdfs(folder: Path) -> None:
+    (folder / "arm.urdf").write_text(TREE)
+    file = folder / "arm.srdf"
+
+    def parse(content: bytes) -> tuple[KinematicTree, frozenset[frozenset[str]]]:
+        file.write_bytes(content)
+        srdf = read_srdf(file)
+        tree, _ = read_urdf(folder / "arm.urdf", PlanningGroup(srdf, "all", state="up"))
+        return tree, srdf.allowed([one.name for one in tree.links])
+
+    def check(found: tuple[KinematicTree, frozenset[frozenset[str]]]) -> None:
+        tree, allowed = found
+        assert 0 < tree.dimension <= 5
+        assert all(len(pair) <= 2 for pair in allowed)
+
+    fuzzed("SRDFs", contents(SRDFS), parse, check)
 
 
 def test_scenes(folder: Path) -> None:
