@@ -34,7 +34,7 @@ _NEAR = 5e-3
 _TOUCH = 1e-6
 """Workspace units beyond which it does not matter, to contact, how far things are apart."""
 
-LowerBounds = Callable[[Array], Array]
+LowerBounds = Callable[[Array, float], Array]
 
 
 class CollisionModel:
@@ -54,9 +54,10 @@ class CollisionModel:
             lies between may be refused.
         allowed: (n, d) -> (n,) of bool, where configurations may be that touch nothing; constant
             between obstacles' surfaces. None for everywhere.
-        lower_bounds: (d,) -> (moving,), never more than the distances of the robot's moving shapes
-            from the obstacles and from others that they must not touch. What they prove is not
-            asked of FCL. None for no such bounds.
+        lower_bounds: ((d,), most) -> (moving,), never more than the distances of the robot's
+            moving shapes from the obstacles and from others that they must not touch; what is
+            farther than `most` need not be known. What they prove is not asked of FCL. None for no
+            such bounds.
         space: whose shortest ways motions are; by default straight lines of the numbers. The
             robot's `motion_bound` is of the same.
 
@@ -102,7 +103,8 @@ class CollisionModel:
     def is_valid(self, q: Array) -> bool:
         """Whether the robot touches nothing at a configuration (d,). Ignores the bounds."""
         self.checks += 1
-        near = [number for number, bound in enumerate(self._bounds(q)) if bound <= 0]
+        bounds = self._bounds(q, _TOUCH)
+        near = [number for number, bound in enumerate(bounds) if bound <= 0]
         if near:
             self._place(q)
         touches = any(
@@ -119,10 +121,14 @@ class CollisionModel:
 
         Negative where they touch; its size then means nothing.
         """
+        return self._clearance(q, np.inf)
+
+    def _clearance(self, q: Array, most: float) -> float:
+        """The same, or `most` where it is more."""
         self.checks += 1
         self._place(q)
-        bounds = self._bounds(q)
-        least = np.inf
+        bounds = self._bounds(q, most)
+        least = most
         for body in np.argsort(bounds, kind="stable"):
             if bounds[body] >= least:
                 break
@@ -135,9 +141,12 @@ class CollisionModel:
         See `continuous.segment_is_free`, to `self.tolerance`.
         """
         bound = self.robot.motion_bound(a, b)
-        return continuous.segment_is_free(
-            self.clearance, a, b, bound, self.tolerance, self._between
-        )
+        enough = bound + self.tolerance  # to prove all of the motion at once
+
+        def clearance(q: Array) -> float:
+            return self._clearance(q, enough)
+
+        return continuous.segment_is_free(clearance, a, b, bound, self.tolerance, self._between)
 
     def min_clearance(self, waypoints: Array, most_queries: float = np.inf) -> float:
         """The least clearance along a path of waypoints (k, d), to within `self.tolerance`.
@@ -233,10 +242,10 @@ class CollisionModel:
         turn, shift = self._poses[number]
         return np.column_stack([_UNTURNED if turn is None else turn, shift])
 
-    def _bounds(self, q: Array) -> Array:
+    def _bounds(self, q: Array, most: float) -> Array:
         if self._lower_bounds is None:
             return self._no_bounds
-        return self._lower_bounds(q)
+        return self._lower_bounds(q, most)
 
     def _on_the_right_side(self, q: Array) -> bool:
         return self._allowed is None or bool(self._allowed(q[None])[0])

@@ -185,6 +185,8 @@ class Containment:
 
 
 def _is_inside(mesh: Mesh, turn: Array, shift: Array, points: Array) -> bool:
-    if len(points) == 0:
-        return False
-    return bool(queries(mesh).is_inside((points - shift) @ turn).any())
+    there = (points - shift) @ turn
+    # What is beside its vertices is outside; so is nearly all that is asked.
+    low, high = mesh.bounds
+    there = there[((there >= low) & (there <= high)).all(axis=1)]
+    return len(there) > 0 and bool(queries(mesh).is_inside(there).any())

@@ -55,8 +55,8 @@ class RobotArrays(NamedTuple):
         extents: (p,) radii of spheres about `middles` that hold a part's balls.
         shapes: the parts in their bodies' frames.
         pairs: (p, p) of bool, which parts must not touch each other.
-        branching: (k, 3) those of the pairs of which neither part moves the other, each with the
-            body on which they branch; the first has the greater body.
+        branches: (k, 3) the same, each once, with the body on which the two branch: that of the
+            other where the one is farther out on the same branch. The first has the greater body.
         moving: the number of parts that move; they come first.
     """
 
@@ -72,7 +72,7 @@ class RobotArrays(NamedTuple):
     extents: Array
     shapes: Shapes
     pairs: NDArray[np.bool_]
-    branching: NDArray[np.int64]
+    branches: NDArray[np.int64]
     moving: int
 
 
@@ -148,8 +148,8 @@ class Arm:
         rates = np.zeros((self.tree.dimension, len(self.parts)))
         np.add.at(rates, arrays.tree.coordinates, speeds)
         found = float(_norms(rates[:, : self.moving]).max())
-        for part, other, branch in arrays.branching:
-            # Only what moves them as seen from where they branch; see `part_bounds`.
+        for part, other, branch in arrays.branches:
+            # Only what moves them as seen from where they branch; see `motion_bounds`.
             shared = list(self.tree.joints_to(branch))
             both = speeds[:, [part, other]].sum(axis=1)
             both[shared] = 0.0
@@ -242,14 +242,13 @@ class Arm:
             np.maximum.reduceat(outward, first_balls[:-1]),
             self._shapes,
             self.link_pairs.checked,
-            self._branching(bodies),
+            self._branches(bodies),
             int((bodies > 0).sum()),
         )
 
-    def _branching(self, bodies: NDArray[np.int64]) -> NDArray[np.int64]:
+    def _branches(self, bodies: NDArray[np.int64]) -> NDArray[np.int64]:
         """See `RobotArrays`."""
-        every = [(i, j, self.tree.branch(bodies[i], bodies[j])) for i, j in self.pairs]
-        found = [(i, j, branch) for i, j, branch in every if branch != bodies[j]]
+        found = [(i, j, self.tree.branch(bodies[i], bodies[j])) for i, j in self.pairs]
         return np.array(found, dtype=np.int64).reshape(-1, 3)
 
     def _covered(self, offsets: Array) -> tuple[Array, NDArray[np.int64]]:
@@ -300,9 +299,20 @@ def _part_poses(arm: Any, q: Any, poses: Any) -> None:
 
 @njit_cached
 def part_bounds(arm: Any, a: Any, b: Any, bounds: Any) -> None:
+    """Writes bounds (moving,) as `motion_bounds` does, that of a part no less than those of its
+    pairs with parts of lower bodies."""
+    nearing = np.empty(len(arm.branches))
+    motion_bounds(arm, a, b, bounds, nearing)
+    for n in range(len(nearing)):
+        part = arm.branches[n, 0]
+        bounds[part] = max(bounds[part], nearing[n])
+
+
+@njit_cached
+def motion_bounds(arm: Any, a: Any, b: Any, bounds: Any, nearing: Any) -> None:
     """Writes bounds (moving,) on the speed of any point of each part, in metres per unit of t,
-    while the configuration moves as a + t (b - a), t in [0, 1]; and on the speed at which it nears
-    other parts of lower bodies that it must not touch.
+    while the configuration moves as a + t (b - a), t in [0, 1]; and (k,) on the speed at which the
+    parts of each pair of `branches` come nearer.
 
     Joint i moves a point by its change times the point's distance from its axis, which is at most
     what it is in the middle of the motion, and what the joints between add by then. That holds for
@@ -336,10 +346,10 @@ def part_bounds(arm: Any, a: Any, b: Any, bounds: Any) -> None:
             bounds[part] += steps[part, i]
             later += half[i] * arm.reach[i, part]
             body = tree.parents[i]
-    for n in range(len(arm.branching)):
-        part, other, branch = arm.branching[n]
-        nearing = _moved_since(arm, steps, part, branch) + _moved_since(arm, steps, other, branch)
-        bounds[part] = max(bounds[part], nearing)
+    for n in range(len(nearing)):
+        part, other, branch = arm.branches[n]
+        nearing[n] = _moved_since(arm, steps, part, branch)
+        nearing[n] += _moved_since(arm, steps, other, branch)
 
 
 @njit_hot

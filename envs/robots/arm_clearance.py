@@ -21,7 +21,7 @@ from envs.collision.separation import separation
 from envs.collision.shapes import MESH, ROW
 from envs.compiled import njit_cached, njit_hot, parallel_for
 from envs.problem import Array
-from envs.robots.arm import RobotArrays, part_bounds
+from envs.robots.arm import RobotArrays, motion_bounds
 from envs.robots.kinematic_tree import body_poses
 
 _NEAR = 0.03
@@ -51,21 +51,15 @@ def paths_are_free(
 
 
 @njit_cached
-def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> float:
-    """Writes the clearances (moving,) of the parts at a configuration (d,), the least of which is
-    returned. Where parts must not touch each other, that counts for the one of the greater body,
-    whose bound (see `part_bounds`) says how fast the two come nearer."""
+def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any, most: float) -> float:
+    """Writes the clearances (moving,) of the parts at a configuration (d,), or `most` where that is
+    less; the least of them is returned. Where parts must not touch each other, that counts for the
+    one of the greater body, whose bound (see `part_bounds`) says how fast the two come nearer."""
     bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
     body_poses(arm.tree, q, bodies)
     balls = np.empty((len(arm.balls), 3))
-    clearances[:] = np.inf
-    for ball in range(len(arm.balls)):
-        part = arm.ball_parts[ball]
-        x, y, z = at(bodies[arm.bodies[part]], arm.balls[ball])
-        balls[ball, 0], balls[ball, 1], balls[ball, 2] = x, y, z
-        if part < arm.moving:
-            radius = arm.balls[ball, 3]
-            clearances[part] = nearest(scene, x, y, z, clearances[part] + radius)[0] - radius
+    clearances[:] = most
+    _from_obstacles(arm, scene, bodies, balls, clearances)
     if arm.pairs.any():
         _against_itself(arm, bodies, balls, clearances)
     least: float = clearances.min()
@@ -73,38 +67,67 @@ def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> float:
 
 
 @njit_cached
+def _from_obstacles(arm: Any, scene: Any, bodies: Any, balls: Any, clearances: Any) -> None:
+    """Lowers clearances (moving,) of the parts to those from obstacles, and writes where the
+    spheres that cover all parts are, (m, 3), with the bodies at poses (1 + j, 3, 4)."""
+    for ball in range(len(arm.balls)):
+        part = arm.ball_parts[ball]
+        x, y, z = at(bodies[arm.bodies[part]], arm.balls[ball])
+        balls[ball, 0], balls[ball, 1], balls[ball, 2] = x, y, z
+        if part < arm.moving:
+            radius = arm.balls[ball, 3]
+            clearances[part] = nearest(scene, x, y, z, clearances[part] + radius)[0] - radius
+
+
+@njit_cached
 def _against_itself(arm: Any, bodies: Any, balls: Any, clearances: Any) -> None:
-    """Lowers clearances to those from other parts; of meshes, to those of their spheres at `balls`
-    (m, 3) while these are `_NEAR` apart. Any nearer they are exact: the spheres of two links side
-    by side may overlap wherever these are."""
+    """Lowers clearances to those from other parts, which count once for each pair: for the part
+    whose bound knows of the other."""
+    rows = _moved_rows(arm, bodies)
+    for n in range(len(arm.branches)):
+        part, other = arm.branches[n, 0], arm.branches[n, 1]
+        clearances[part] = _apart(arm, bodies, balls, rows, part, other, clearances[part])
+
+
+@njit_cached
+def _moved_rows(arm: Any, bodies: Any) -> Any:
+    """The rows of the parts where the bodies are."""
     rows = np.empty((len(arm.bodies), ROW))
     for part in range(len(rows)):
         moved(arm.shapes.rows[part], bodies[arm.bodies[part]], rows[part])
-    for part in range(arm.moving):
-        for other in range(len(rows)):
-            body, beside = arm.bodies[part], arm.bodies[other]
-            # Each pair counts once, for the part whose bound knows of the other.
-            if beside >= body or not arm.pairs[part, other]:
-                continue
-            most = clearances[part]
-            if arm.shapes.roots[part] >= 0 or arm.shapes.roots[other] >= 0:
-                apart = _distance_of_spheres(arm, balls, part, other, rows)
-                if apart >= _NEAR:
-                    clearances[part] = min(most, apart)
-                    continue
-                most = min(most, _NEAR)  # a lower bound is enough
-            apart = separation(
-                arm.shapes,
-                part,
-                rows[part],
-                bodies[body],
-                arm.shapes,
-                other,
-                rows[other],
-                bodies[beside],
-                most,
-            )
-            clearances[part] = min(most, apart if apart > 0.0 else TOUCHING)
+    return rows
+
+
+@njit_cached
+def _apart(
+    arm: Any, bodies: Any, balls: Any, rows: Any, part: int, other: int, most: float
+) -> float:
+    """The distance of two parts, or `most` if that is less. Of meshes it is that of their spheres
+    at `balls` (m, 3) while these are `_NEAR` apart, and at most `_NEAR` if they are not. Any nearer
+    it is exact: the spheres of two links side by side may overlap wherever these are."""
+    ax, ay, az = at(bodies[arm.bodies[part]], arm.middles[part])
+    bx, by, bz = at(bodies[arm.bodies[other]], arm.middles[other])
+    between = math.sqrt((ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2)
+    # What holds a part's spheres holds the part. Most pairs are seen to be far apart by this.
+    if between - arm.extents[part] - arm.extents[other] >= most:
+        return most
+    if arm.shapes.roots[part] >= 0 or arm.shapes.roots[other] >= 0:
+        apart = _distance_of_spheres(arm, balls, part, other, rows)
+        if apart >= min(most, _NEAR):
+            return min(most, apart)
+        most = min(most, _NEAR)  # a lower bound is enough
+    apart = separation(
+        arm.shapes,
+        part,
+        rows[part],
+        bodies[arm.bodies[part]],
+        arm.shapes,
+        other,
+        rows[other],
+        bodies[arm.bodies[other]],
+        most,
+    )
+    return min(most, apart if apart > 0.0 else TOUCHING)
 
 
 @njit_cached
@@ -130,7 +153,7 @@ def _clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> None:
     if arm.pairs.any():
         parts = np.empty(arm.moving)
         for n in range(len(q)):
-            clearances[n] = part_clearances(arm, scene, q[n], parts)
+            clearances[n] = part_clearances(arm, scene, q[n], parts, np.inf)
         return
     bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
     for n in range(len(q)):
@@ -160,23 +183,44 @@ def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> b
     """Whether the straight motion from a to b (d,) is proved free of collision.
 
     As `envs.collision.continuous.segment_is_free`, but with a bound for each part: those near the
-    base move little, and may be near obstacles.
+    base move little, and may be near obstacles; and one for each pair of parts: links of a wrist
+    are near each other wherever it moves them.
     """
     bounds, parts = np.empty(arm.moving), np.empty(arm.moving)
-    part_bounds(arm, a, b, bounds)
-    return compiled_is_covered(_share_free, (arm, scene, a, b, tolerance, bounds, parts), 1.0)
+    nearing = np.empty(len(arm.branches))
+    motion_bounds(arm, a, b, bounds, nearing)
+    motion = (arm, scene, a, b, tolerance, bounds, nearing, parts)
+    return compiled_is_covered(_share_free, motion, 1.0)
 
 
 @njit_cached
 def _share_free(motion: Any, t: float) -> float:
     """How much of a motion about t is proved free, or -1 where it is not."""
-    arm, scene, a, b, tolerance, bounds, parts = motion
-    if part_clearances(arm, scene, a + t * (b - a), parts) <= tolerance:
+    arm, scene, a, b, tolerance, bounds, nearing, parts = motion
+    bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
+    body_poses(arm.tree, a + t * (b - a), bodies)
+    balls = np.empty((len(arm.balls), 3))
+    parts[:] = np.inf
+    _from_obstacles(arm, scene, bodies, balls, parts)
+    if parts.min() <= tolerance:
         return -1.0
     share: float = np.inf
     for part in range(arm.moving):
         if bounds[part] > 0:
             share = min(share, (parts[part] - tolerance / 2) / bounds[part])
+    if len(nearing) == 0:
+        return share
+    share = min(share, 1.0)  # which is all of the motion, from wherever on it
+    rows = _moved_rows(arm, bodies)
+    for n in range(len(nearing)):
+        # Farther apart than this, the two do not lessen the share.
+        enough = max(share * nearing[n] + tolerance / 2, 2 * tolerance)
+        part, other = arm.branches[n, 0], arm.branches[n, 1]
+        apart = _apart(arm, bodies, balls, rows, part, other, enough)
+        if apart <= tolerance:
+            return -1.0
+        if nearing[n] > 0:
+            share = min(share, (apart - tolerance / 2) / nearing[n])
     return share
 
 

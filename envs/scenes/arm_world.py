@@ -162,10 +162,10 @@ class ArmWorld(Environment):
     def lower_bounds(self) -> LowerBounds:
         return self._part_clearances
 
-    def _part_clearances(self, q: Array) -> Array:
+    def _part_clearances(self, q: Array, most: float) -> Array:
         found = np.empty(self.robot.moving)
         q = np.array(q)  # may be read-only, for which Numba would compile all of it once more
-        arm_clearance.part_clearances(self.robot.arrays, self.scene, q, found)
+        arm_clearance.part_clearances(self.robot.arrays, self.scene, q, found, most)
         return found
 
     @cached_property

@@ -201,7 +201,7 @@ class RigidWorld(Environment):
     def lower_bounds(self) -> LowerBounds:
         return self._part_clearances
 
-    def _part_clearances(self, q: Array) -> Array:
+    def _part_clearances(self, q: Array, most: float) -> Array:
         [clearances] = self._of_spheres(self.world.clearance, q[None])
         found: Array = np.minimum.reduceat(clearances, self.robot.cover.begins)
         return found

@@ -206,7 +206,7 @@ def arm_clearance_at(field: Any, x: Any) -> float:
     """The clearance at (d,), by d_max."""
     parts = np.empty(field.arm.moving)
     q = field.middle + field.extent * x.astype(np.float64)
-    clearance: float = part_clearances(field.arm, field.scene, q, parts) / field.reach
+    clearance: float = part_clearances(field.arm, field.scene, q, parts, np.inf) / field.reach
     return clearance
 
 

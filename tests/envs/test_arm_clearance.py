@@ -71,7 +71,12 @@ def test_clearances_of_many_are_those_of_each() -> None:
         found = each.approximate_clearance(q[picked])
         for one, least in zip(q[picked], found, strict=True):
             view = each.robot.arrays
-            assert arm_clearance.part_clearances(view, each.scene, one, parts) == parts.min()
+            assert (
+                arm_clearance.part_clearances(view, each.scene, one, parts, np.inf) == parts.min()
+            )
+            capped = np.empty(len(parts))
+            arm_clearance.part_clearances(view, each.scene, one, capped, 0.1)
+            assert capped == pytest.approx(np.minimum(parts, 0.1), abs=1e-12)
             assert least == pytest.approx(parts.min(), abs=1e-12)
     assert env.approximate_clearance(q[picked]) == pytest.approx(whole[picked], abs=1e-12)
     assert env.approximate_clearance(q[:0]).shape == (0,)

@@ -294,7 +294,7 @@ def test_arms_on_a_frame_without_solids_are_not_neighbours(folder: Path) -> None
 
 def test_two_arms_have_problems_and_keep_apart(folder: Path) -> None:
     env = made(folder, "group=both")
-    assert len(env.robot.arrays.branching) > 4
+    assert len(env.robot.arrays.branches) > 4
     model = env.collision_model()
     for problem in env.sample_problems(5, 0):
         assert model.is_valid(problem.start)

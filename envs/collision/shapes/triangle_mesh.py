@@ -45,6 +45,11 @@ class Mesh(Solid):
         object.__setattr__(self, "faces", faces)
 
     @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Corners (3,) of its box along the axes of its frame."""
+        return self.vertices.min(axis=0), self.vertices.max(axis=0)
+
+    @cached_property
     def digest(self) -> str:
         """Of the numbers, the same on every machine."""
         digest = hashlib.sha256()
