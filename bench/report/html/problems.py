@@ -208,7 +208,7 @@ class _Shown(_Plain):
             return attempt
         attempt["drawn"] = self._scene.drawn(path)
         if row["verdict"] == Verdict.COLLISION.value:
-            place = self._model.first_contact(path, _MOST_STEPS)
+            place = self._model.first_contact(path)
             drawn = self._scene.drawn(place.q[None])
             attempt["contact"] = {"share": place.share, "drawn": drawn}
         return attempt
@@ -216,7 +216,3 @@ class _Shown(_Plain):
     @cached_property
     def _model(self) -> CollisionModel:
         return self._world.collision_model()
-
-
-_MOST_STEPS = 50_000
-"""To where a path first touches something: a picture needs no proof."""
