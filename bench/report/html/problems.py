@@ -15,6 +15,7 @@ import pandas as pd
 
 import envs
 from bench.analysis.run_results import RunResults
+from bench.judging.contact import first_contact
 from bench.report import formatting
 from bench.report.html.geometry import Scene
 from bench.report.postures import drawable
@@ -127,7 +128,8 @@ def problems_data(problem_set: ProblemSetResults, shown: Sequence[Column]) -> di
     traced, where they are known, and to
     its `attempts`, each with `planner` (its number among the set's), `outcome`, `texts` (one for
     each column), `error`, and where there is a path to show `drawn` (see `Scene.drawn`), and
-    of one that collides `contact`: where first, as `drawn` and as a `share` of its length.
+    of one that collides `contact`: where first, as `drawn` and as a `share` of its length, and
+    what with, as `text`.
     """
     try:
         world = problem_set.world()
@@ -208,9 +210,9 @@ class _Shown(_Plain):
             return attempt
         attempt["drawn"] = self._scene.drawn(path)
         if row["verdict"] == Verdict.COLLISION.value:
-            place = self._model.first_contact(path)
-            drawn = self._scene.drawn(place.q[None])
-            attempt["contact"] = {"share": place.share, "drawn": drawn}
+            found = first_contact(self._world, self._model, path)
+            drawn = self._scene.drawn(found.configuration[None])
+            attempt["contact"] = {"share": found.share, "text": found.text, "drawn": drawn}
         return attempt
 
     @cached_property
