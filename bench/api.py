@@ -261,8 +261,9 @@ def judge(env: str | Environment, problem: Problem, path: Any) -> Judgement:
         path: waypoints (k, d) in the environment's unit, as any array-like, or None.
 
     Returns:
-        `Judgement`: `verdict`, `reason`, `length` and, of a valid path, `safety_margin` and
-        `metrics`, the value of each by name, None of those that need a planner's attempt.
+        `Judgement`: `verdict`, `reason`, `length`; of a valid path `safety_margin` and `metrics`,
+        the value of each by name, None of those that need a planner's attempt; of one that
+        collides its first `contact`, see `bench.judging.contact.Contact`.
 
     Raises:
         InputError: there is no such environment.
@@ -270,11 +271,14 @@ def judge(env: str | Environment, problem: Problem, path: Any) -> Judgement:
     Example:
         >>> import bench, envs
         >>> [problem] = envs.make("c3d").sample_problems(1, seed=0)
-        >>> bench.judge("c3d", problem, [problem.start, problem.goal]).verdict.value
+        >>> judgement = bench.judge("c3d", problem, [problem.start, problem.goal])
+        >>> judgement.verdict.value
         'COLLISION'
+        >>> judgement.contact.between
+        ('the robot', 'obstacle 10 (a box)')
     """
-    world = REGISTRY.make(env) if isinstance(env, str) else env
-    return judged_path(Judge(world), problem, path)
+    of_env = Judge(REGISTRY.make(env) if isinstance(env, str) else env)
+    return of_env.with_contact(judged_path(of_env, problem, path), path)
 
 
 def carry_out(

@@ -42,11 +42,13 @@ class Replay:
     Attributes:
         then, now: the rows, with the columns of `bench.storage.record.Record`.
         notes: what may explain a difference, a line each.
+        contact: where the new path first collides and what with, if it does, in words.
     """
 
     then: Mapping[str, Any]
     now: Mapping[str, Any]
     notes: tuple[str, ...]
+    contact: str = ""
 
     @property
     def difference(self) -> str:
@@ -77,7 +79,8 @@ class Replay:
         reasons = self.notes if self.difference else ()
         failed = [self.now["error"]] if self.difference and self.now["error"] else []
         table = rows.to_markdown(floatfmt=".6g", missingval="")
-        return "\n".join([table, "", told, *failed, *reasons])
+        collides = [f"the new path collides: {self.contact}"] if self.contact else []
+        return "\n".join([table, "", told, *failed, *reasons, *collides])
 
 
 def replay(
@@ -106,8 +109,8 @@ def replay(
     problem_set = _made(where, problem, selection["seed"])
     config = _config(selection, problem_set, who, problem)
     stop_cost = config.stop.stop_cost(_reference_length(config.stop, attempts, problem))
-    now = _attempted(config, repeat, stop_cost)
-    return Replay(then, now, tuple(_notes(then, now, who)))
+    now, contact = _attempted(config, repeat, stop_cost)
+    return Replay(then, now, tuple(_notes(then, now, who)), contact)
 
 
 def _arena_of(selection: Mapping[str, Any], env: str | None, folder: Path) -> Mapping[str, Any]:
@@ -203,8 +206,8 @@ def _reference_length(stop: StopRule, attempts: pd.DataFrame, problem: int) -> f
     return None if solved.empty else float(solved["length"].iloc[0])
 
 
-def _attempted(config: RunConfig, repeat: int, stop_cost: float) -> Mapping[str, Any]:
-    """The new row."""
+def _attempted(config: RunConfig, repeat: int, stop_cost: float) -> tuple[Mapping[str, Any], str]:
+    """The new row, and the contact of its path in words, "" if it has none."""
     [problem_set], [planner] = config.problem_sets, config.planners
     [first] = problem_set.problems
     problem = repeated(first, repeat)
@@ -215,10 +218,12 @@ def _attempted(config: RunConfig, repeat: int, stop_cost: float) -> Mapping[str,
         attempt = supervised.attempt(problem, stop_cost)
     finally:
         supervised.stop()
-    judged = measurement.judged(Judge(problem_set.env), problem, attempt)
+    judge = Judge(problem_set.env)
+    judged = measurement.judged(judge, problem, attempt)
+    contact = None if judged is None else judge.with_contact(judged, attempt.path).contact
     known = {"run_id": "replay", "repeat": repeat, "measured_at": ""}
     record = asdict(supervised.record(problem, attempt, judged, **known))
-    return record | metrics_of(record["metrics"])
+    return record | metrics_of(record["metrics"]), "" if contact is None else str(contact)
 
 
 def _path_difference(then: Array | None, now: Array | None) -> str:

@@ -160,6 +160,20 @@ class Environment(ABC):
         return ()
 
     @property
+    def shape_names(self) -> Sequence[str]:
+        """What messages call each of the robot's shapes: by default "the robot" where it has only
+        one, else "shape 1", "shape 2" and so on."""
+        count = len(self.robot.shapes)
+        return ["the robot"] if count == 1 else [f"shape {n + 1}" for n in range(count)]
+
+    @property
+    def obstacle_names(self) -> Sequence[str]:
+        """What messages call each of the obstacles: by default the kind and the number, from 1, as
+        in "obstacle 3 (a box)"."""
+        kinds = (obstacle.solid.kind for obstacle in self.obstacles)
+        return [f"obstacle {n} (a {kind})" for n, kind in enumerate(kinds, start=1)]
+
+    @property
     def link_geometry(self) -> LinkGeometry | None:
         """What learners need that are told where each link is and how near to obstacles; by
         default None, and they are told the configuration alone."""
@@ -234,6 +248,13 @@ class Environment(ABC):
         """Where configurations may be that are in contact with nothing, for obstacles that are
         surfaces. See `CollisionModel`."""
         return None
+
+    @property
+    def not_allowed(self) -> str:
+        """Where a robot is that touches nothing, but is not where it is `allowed`, for messages."""
+        if self.is_interior:
+            return "outside the rooms"
+        return "within a closed mesh, or has something within a mesh of its own"
 
     @property
     def lower_bounds(self) -> LowerBounds | None:

@@ -88,6 +88,7 @@ class RunConfig:
                     "id": problem_set.entry.id,
                     "fingerprint": problem_set.env.fingerprint,
                     "units": dict(problem_set.env.units),
+                    "space": str(problem_set.env.space),
                     **self._told(problem_set),
                     "weights": {entry.id: problem_set.weights(entry) for entry in self.planners},
                 }

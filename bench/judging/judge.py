@@ -5,10 +5,11 @@ which problems a straight line does not solve.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bench.judging.contact import Contact, first_contact
 from bench.storage.record import MOST_WAYPOINTS, Verdict
 from envs import Environment, Path, Problem
 from envs.collision.continuous import FIRST_QUERIES, UndecidedError
@@ -32,7 +33,8 @@ class Judgement:
 
     `safety_margin` is the least clearance along the path, in workspace units, to the judge's
     tolerance; None unless the path is valid. `metrics` has a valid path's value of each metric by
-    name, where the caller asked for them (`bench.judge` does).
+    name, and `contact` says where a path of verdict `COLLISION` first collides and what with, where
+    the caller asked for them (`bench.judge` does).
     """
 
     verdict: Verdict
@@ -41,6 +43,7 @@ class Judgement:
     length: float | None = None
     safety_margin: float | None = None
     metrics: Mapping[str, float | None] = field(default_factory=dict)
+    contact: Contact | None = None
 
 
 class Judge:
@@ -96,6 +99,15 @@ class Judge:
         if margin <= self._model.tolerance:
             return Judgement(Verdict.COLLISION, "not proved free of collision", len(path), length)
         return Judgement(Verdict.VALID, "", len(path), length, margin)
+
+    def with_contact(self, judgement: Judgement, claimed: Array | None) -> Judgement:
+        """A judgement of this judge on a path, with where it collides and what with, if it does.
+        That takes longer than the verdict, so it is for whoever asks about one path."""
+        if judgement.verdict is not Verdict.COLLISION:
+            return judgement
+        path = Path(claimed).waypoints  # type: ignore[arg-type]  # it has been looked at
+        contact = first_contact(self._env, self._model, path)
+        return replace(judgement, reason=f"{judgement.reason}: {contact}", contact=contact)
 
     def _too_long(self, path: Array, length: float) -> str:
         """Why a path is not looked at, if it is not."""

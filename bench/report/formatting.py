@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -55,6 +56,26 @@ def success_note(run: RunResults) -> str:
         "(median). Success is of all attempts, with the 95 % Wilson interval; a dash stands where "
         "nothing was attempted, with the reason under outcomes. Offline is setup, "
         "and training of the weights in use."
+    )
+
+
+_PLAIN_SPACE = re.compile(r"R\^\d+")
+
+
+def spaces_note(run: RunResults) -> str:
+    """The configuration spaces that are not R^n with a weight of 1; "" if there are none, or if the
+    run is of before they were noted."""
+    spaces = {env["id"]: env.get("space", "") for s in run.selections for env in s["envs"]}
+    told = [
+        f"`{env}` {space}"
+        for env, space in spaces.items()
+        if space and not _PLAIN_SPACE.fullmatch(space)
+    ]
+    if not told:
+        return ""
+    return (
+        f"Configuration spaces: {', '.join(told)}. A number before a part is its weight in "
+        "lengths, in which what turns counts in radians."
     )
 
 

@@ -74,9 +74,8 @@ def text(run: RunResults) -> str:
     further metrics of all verified successes (`tab:further`). Outcomes other than success
     are told below the first. A table without rows is left out."""
     remarks = [f"{_prose(remark)}." for remark in run.remarks]
-    notes = " ".join(
-        [escaped(formatting.success_note(run)), *_other_outcomes(run.summary), *remarks]
-    )
+    told = [escaped(formatting.success_note(run)), _prose(formatting.spaces_note(run))]
+    notes = " ".join(filter(None, [*told, *_other_outcomes(run.summary), *remarks]))
     success = [_without_outcomes(row) for row in formatting.success_rows(run)]
     notes_of_common = _COMMON, formatting.REACHED_NOTE, formatting.left_out_note(run.left_out)
     tables = [

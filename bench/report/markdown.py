@@ -25,6 +25,7 @@ def text(run: RunResults) -> str:
         run.caption,
         table(formatting.success_rows(run)),
         formatting.success_note(run),
+        formatting.spaces_note(run),
         *([formatting.FURTHER_NOTE, table(further)] if further else []),
         formatting.COMMON_NOTE,
         table(formatting.common_rows(run)),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from envs.collision import continuous
 from envs.collision.continuous import DEFAULT_TOLERANCE
-from envs.collision.first_contact import Place, first_contact
+from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
 from envs.collision.gjk import least_distance, put
 from envs.collision.separation import least_separation, separations, shapes_of
 from envs.collision.shapes import Obstacle, Robot
@@ -166,7 +166,7 @@ class CollisionModel:
             self._between,
         )
 
-    def first_contact(self, waypoints: Array, most_steps: int) -> Place:
+    def first_contact(self, waypoints: Array, most_steps: int = ENOUGH_STEPS) -> Place:
         """The first place of a path of waypoints (k, d) that is not proved free, to
         `self.tolerance`. See `first_contact.first_contact`."""
         bounds = starmap(self.robot.motion_bound, pairwise(waypoints))

@@ -9,6 +9,9 @@ from itertools import pairwise
 from envs.collision.continuous import Between, straight
 from envs.problem import Array
 
+ENOUGH_STEPS = 50_000
+"""For pictures and messages, which need no proof."""
+
 
 @dataclass(frozen=True)
 class Place:
@@ -17,11 +20,13 @@ class Place:
     Attributes:
         q: the configuration (d,).
         share: of the path's length before it, from 0 to 1.
+        waypoint: the number of the last waypoint before it, or at which it is.
         clearance: there, in workspace units; where negative, its size means nothing.
     """
 
     q: Array
     share: float
+    waypoint: int
     clearance: float
 
 
@@ -50,13 +55,15 @@ def first_contact(
         between: these motions.
     """
     whole = max(float(lengths.sum()), 1e-300)
-    closest = Place(waypoints[0], 0.0, clearance(waypoints[0]))
+    closest = Place(waypoints[0], 0.0, 0, clearance(waypoints[0]))
     gone = 0.0
-    for (a, b), length, bound in zip(pairwise(waypoints), lengths, bounds, strict=True):
+    motions = zip(pairwise(waypoints), lengths, bounds, strict=True)
+    for number, ((a, b), length, bound) in enumerate(motions):
         t = 0.0
         while t <= 1:
             q = between(a, b, t)
-            here = Place(q, (gone + t * float(length)) / whole, clearance(q))
+            share = (gone + t * float(length)) / whole
+            here = Place(q, share, number if t < 1 else number + 1, clearance(q))
             if here.clearance <= tolerance:
                 return here
             closest = min(closest, here, key=_clearance)

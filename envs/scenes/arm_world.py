@@ -112,6 +112,10 @@ class ArmWorld(Environment):
         stated = [joint.velocity for joint in self.robot.tree.coordinates]
         return None if None in stated else np.array(stated, dtype=float)
 
+    @property
+    def shape_names(self) -> Sequence[str]:
+        return [f"link {name!r}" for name in self.robot.links]
+
     @cached_property
     def scene(self) -> SceneArrays:
         """The obstacles as compiled code sees them."""
@@ -231,7 +235,8 @@ class ArmWorld(Environment):
         """How many configurations are no ends, and what is too near there."""
         q = stream("crowding").uniform(self.lower, self.upper, (_LOOKED_AT, self.dimension))
         tight = 1 - self._may_be_end(q).mean()
-        near = causes(self.robot, self.obstacles, q, self.min_clearance, self.kept)
+        names, clear = self.obstacle_names, self.min_clearance
+        near = causes(self.robot, self.obstacles, names, q, clear, self.kept)
         if self.allowed is not None and not self.allowed(q).all():
             near.append(
                 f"within a mesh or about what lies within in {1 - self.allowed(q).mean():.0%}"

@@ -157,6 +157,11 @@ class RigidWorld(Environment):
         return self.world.rooms
 
     @property
+    def shape_names(self) -> Sequence[str]:
+        count = self.robot.moving
+        return ["the body"] if count == 1 else [f"part {n + 1} of the body" for n in range(count)]
+
+    @property
     def free_bounds(self) -> tuple[Array, Array]:
         """Those of the world, wider by the body's radius: the origin of its frame need not be
         within it."""

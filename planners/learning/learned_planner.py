@@ -132,7 +132,9 @@ class LearnedPlanner(Planner):
     def unsupported(self, env: Environment) -> str | None:
         """By default a reason where the configuration space is not R^n: a network that takes the
         numbers of a configuration as they are knows nothing of angles that wrap and rotations."""
-        return None if env.space.is_flat else f"learned for R^n, not for {env.space}"
+        if env.space.is_flat:
+            return None
+        return f"its network is for R^n, without angles that wrap or rotations as in {env.space}"
 
     def weights_file(self, env: Environment) -> Path | None:
         """The weights that `setup` will use, or None if it must be trained first."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from time import perf_counter
 from typing import Any
 
@@ -191,9 +192,11 @@ class OmplPlanner(Planner):
         if not planner.isSetup():
             planner.setup()
         self._progress.begin(planner)
+        self._validity.stop_at(perf_counter() + seconds)
         # Not solve(seconds): that one polls the clock from a thread.
         answer = planner.solve(base.timedPlannerTerminationCondition(seconds))
         self._progress.end()
+        self._validity.stop_at(math.inf)  # the path may be simplified
         return definition, _STATUS.get(answer.getStatus().name, Status.TIMEOUT)
 
     def _make(self, si: Any) -> Any:

@@ -16,6 +16,10 @@ from planners.ompl.state_space import StateSpace
 _SAMPLES_EDGES = ("EITstar",)
 """Planners that never ask the motion validator and test states along an edge instead, with gaps
 of up to two lengths of a valid segment, since they skip those of an earlier, sparser pass."""
+_LONG_ITERATIONS = ("FMT",)
+"""Planners one of whose iterations can check hundreds of motions, which takes seconds for robots of
+many joints: when their time is over, no motion is proved any more, so that they end it."""
+
 _SEGMENT_SHARE = 0.002
 _MOST_MARGIN = 0.05
 """The length of a valid segment for them, as a share of the extent of the space; shorter where the
@@ -49,6 +53,8 @@ class Validity:
         self._progress = progress
         self._values = space.values
         self._margin = 0.0
+        self._ends_iterations = algorithm in _LONG_ITERATIONS
+        self._deadline = math.inf
         if algorithm in _SAMPLES_EDGES:
             extent, rate = space.ompl.getMaximumExtent(), env.robot.rate_bound
             gap = min(_SEGMENT_SHARE * extent, _MOST_MARGIN * env.speed_model.d_max / rate)
@@ -57,6 +63,10 @@ class Validity:
         self._asked = base.StateValidityCheckerFn(self.of_state), _motion_validator(si, self)
         si.setStateValidityChecker(self._asked[0])
         si.setMotionValidator(self._asked[1])
+
+    def stop_at(self, deadline: float) -> None:
+        """When the planner's time is over, on `time.perf_counter`."""
+        self._deadline = deadline
 
     def of_state(self, state: Any) -> bool:
         """Whether a state of OMPL's touches nothing, by the margin where there is one."""
@@ -69,6 +79,8 @@ class Validity:
     def of_motion(self, a: Any, b: Any) -> bool:
         """Whether the shortest motion between two states of OMPL's is proved free."""
         self._progress.tick()
+        if self._ends_iterations and perf_counter() > self._deadline:
+            return False
         return self._model.segment_is_free(self._values(a), self._values(b))
 
 

@@ -129,6 +129,9 @@ def test_refused_paths_have_a_mark_and_verified_ones_have_none(c3d: Environment)
     assert "contact" not in good
     [curve] = bad["contact"]["drawn"]["curves"]
     mark = unpacked(curve, -1, 3)
+    beyond = [np.abs(mark[0] - b.center) - b.sides / 2 for b in c3d.obstacles]  # type: ignore[union-attr]
+    nearest = np.argmin([np.linalg.norm(np.maximum(gap, 0)) for gap in beyond])
+    assert bad["contact"]["text"].endswith(f" units of obstacle {nearest + 1} (a box)")
     assert np.allclose(mark, along(c3d.space, path, np.array([bad["contact"]["share"]])), atol=0.02)
 
 

@@ -181,6 +181,7 @@ def test_a_problem_shows_its_paths_and_where_they_collide(overview: Page) -> Non
     assert len(traces(overview, "start")) == len(traces(overview, "goal")) == 1
     attempts = overview.locator("#attempts").inner_text()
     assert all(words in attempts for words in ("no path in 5 s", "timeout", "first collides after"))
+    assert "% of its length: the robot comes within" in attempts
 
 
 def test_a_path_can_be_hidden(overview: Page) -> None:

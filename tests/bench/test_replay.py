@@ -97,6 +97,19 @@ def test_another_verdict_is_told(bench: Cli, changed: Change) -> None:
     assert "not the same: another verdict: COLLISION then, VALID now" in out
 
 
+def test_where_a_path_collides_is_told(bench: Cli, finished: Path) -> None:
+    with closing(opened_to_read(finished / "run")) as store:
+        where = "WHERE planner = 'straight' AND verdict = 'COLLISION'"
+        [problem, *_] = store.execute(f"SELECT problem FROM records {where}").fetchone()
+    asked = ("replay", finished / "run", "--planner", "straight", "--problem", problem)
+    code, out, err = bench(*asked, "--planner-file", finished / "mine.py")
+    assert code == 0, out + err
+    [told] = [line for line in out.splitlines() if "collides" in line]
+    assert told.startswith("the new path collides: the robot comes within 0.00")
+    assert "(a box), " in told
+    assert told.endswith("along the path, at or after waypoint 1"), "which is where the first is"
+
+
 @pytest.mark.slow
 def test_a_planner_of_a_file_is_replayed_with_its_file(
     bench: Cli, finished: Path, tmp_path: Path

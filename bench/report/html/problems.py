@@ -15,6 +15,7 @@ import pandas as pd
 
 import envs
 from bench.analysis.run_results import RunResults
+from bench.judging.contact import first_contact
 from bench.report import formatting
 from bench.report.html.geometry import Scene
 from bench.report.postures import drawable
@@ -127,7 +128,8 @@ def problems_data(problem_set: ProblemSetResults, shown: Sequence[Column]) -> di
     traced, where they are known, and to
     its `attempts`, each with `planner` (its number among the set's), `outcome`, `texts` (one for
     each column), `error`, and where there is a path to show `drawn` (see `Scene.drawn`), and
-    of one that collides `contact`: where first, as `drawn` and as a `share` of its length.
+    of one that collides `contact`: where first, as `drawn` and as a `share` of its length, and
+    what with, as `text`.
     """
     try:
         world = problem_set.world()
@@ -208,15 +210,11 @@ class _Shown(_Plain):
             return attempt
         attempt["drawn"] = self._scene.drawn(path)
         if row["verdict"] == Verdict.COLLISION.value:
-            place = self._model.first_contact(path, _MOST_STEPS)
-            drawn = self._scene.drawn(place.q[None])
-            attempt["contact"] = {"share": place.share, "drawn": drawn}
+            found = first_contact(self._world, self._model, path)
+            drawn = self._scene.drawn(found.configuration[None])
+            attempt["contact"] = {"share": found.share, "text": found.text, "drawn": drawn}
         return attempt
 
     @cached_property
     def _model(self) -> CollisionModel:
         return self._world.collision_model()
-
-
-_MOST_STEPS = 50_000
-"""To where a path first touches something: a picture needs no proof."""

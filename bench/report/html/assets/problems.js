@@ -185,7 +185,8 @@ class ProblemPage {
   /** An attempt's numbers, and below them what went wrong. */
   rowsOf(attempt) {
     const { contact, error } = attempt;
-    const where = contact && `first collides after ${(100 * contact.share).toFixed(1)} % of its length`;
+    const where = contact
+      && `first collides after ${(100 * contact.share).toFixed(1)} % of its length: ${contact.text}`;
     const why = [error, where].filter(Boolean).join("\n");
     const numbers = element("tr", { class: why && "explained" },
       element("th", { scope: "row" }, this.shownBox(attempt)),
