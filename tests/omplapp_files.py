@@ -19,21 +19,42 @@ CENTER = np.array([4 / 3, 4 / 3, 1 / 2])
 SPATIAL = {
     "robot": "ell.dae",
     "world": "wall.dae",
-    **{"start.x": 1, "start.y": 1.5, "start.z": -2, "start.theta": 0},
-    **{"goal.x": 4, "goal.y": 1.5, "goal.z": 3, "goal.theta": 1.5},
-    **{"start.axis.x": 1, "start.axis.y": 0, "start.axis.z": 0},
-    **{"goal.axis.x": 0, "goal.axis.y": 1, "goal.axis.z": 0},
-    **{"volume.min.x": 0, "volume.min.y": 0, "volume.min.z": -3},
-    **{"volume.max.x": 5, "volume.max.y": 3, "volume.max.z": 4},
+    "start.x": 1,
+    "start.y": 1.5,
+    "start.z": -2,
+    "start.theta": 0,
+    "goal.x": 4,
+    "goal.y": 1.5,
+    "goal.z": 3,
+    "goal.theta": 1.5,
+    "start.axis.x": 1,
+    "start.axis.y": 0,
+    "start.axis.z": 0,
+    "goal.axis.x": 0,
+    "goal.axis.y": 1,
+    "goal.axis.z": 0,
+    "volume.min.x": 0,
+    "volume.min.y": 0,
+    "volume.min.z": -3,
+    "volume.max.x": 5,
+    "volume.max.y": 3,
+    "volume.max.z": 4,
 }
 """Through the doorway of a wall of 5 by 3 units, from z = 0 to 1, with y up."""
 
 PLANAR = {
     "robot": "flat.obj",
     "world": "walls.obj",
-    **{"start.x": -3, "start.y": -3, "start.theta": 0},
-    **{"goal.x": 3, "goal.y": 3, "goal.theta": 2.5},
-    **{"volume.min.x": -5, "volume.min.y": -5, "volume.max.x": 5, "volume.max.y": 5},
+    "start.x": -3,
+    "start.y": -3,
+    "start.theta": 0,
+    "goal.x": 3,
+    "goal.y": 3,
+    "goal.theta": 2.5,
+    "volume.min.x": -5,
+    "volume.min.y": -5,
+    "volume.max.x": 5,
+    "volume.max.y": 5,
 }
 """Through the gap between two walls along x."""
 
@@ -65,9 +86,10 @@ def write_meshes(folder: Path, up: str = "Y_UP") -> None:
     vertices, faces = prism(ELL)
     ell = trimesh.Trimesh(0.5 * vertices - [0, 0, 0.25], _fans(faces))
     ell.export(folder / "flat.obj")
-    walls = []
-    for middle in (-3.0, 3.0):
-        walls.append(trimesh.creation.box((4, 0.5, 2)).apply_translation((middle, 0, 0)))
+    walls = [
+        trimesh.creation.box((4, 0.5, 2)).apply_translation((middle, 0, 0))
+        for middle in (-3.0, 3.0)
+    ]
     trimesh.util.concatenate(walls).export(folder / "walls.obj")
 
 

@@ -20,6 +20,7 @@ The form is that of Boost's program options. A problem without z and axis is one
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -209,4 +210,5 @@ class _Section:
 
     def _near(self, key: str) -> str:
         others = [one for one in self._values if one not in _KEYS]
-        return suggestion(key, others) if others else f"add {key} = ..."
+        near = difflib.get_close_matches(key, others, n=1)
+        return f"is it what {near[0]!r} should say?" if near else f"add {key} = ..."

@@ -215,6 +215,9 @@ class MeshWorld(PointWorld):
         distance = self._distance.distance(points)
         return np.where(self._is_out(points), -distance, distance) - self.robot.radius
 
+    def surface_clearance(self, q: Array) -> Array:
+        return self._distance.distance(self.configurations(q)) - self.robot.radius
+
     def definition(self) -> dict[str, Any]:
         return {
             "class": "MeshWorld",

@@ -66,7 +66,7 @@ class OmplApp(RigidBodyWorld):
     As in OMPL.app, a configuration says where the body's centre is, the mean of its mesh's vertices
     (in the plane it keeps its z); Collada's units and up axes are applied, and y is up; positions
     are within the volume, or the box about the world, widened to hold start and goal. The world is
-    a surface. Where it encloses something it is solid (`kind`), unless start or goal are within.
+    a surface. Where it encloses something it is solid (`kind`), unless start and goal are within.
 
     A radian of turning is as long as what the body's farthest point travels. With `weight=0.5` it
     is as long as in OMPL's state spaces, whatever the size of the body.
@@ -235,12 +235,13 @@ def _world(
     read: FileMesh, kind: str, bounds: _Bounds, name: str, robot: RigidBody, ends: Array
 ) -> _WorldMesh:
     """The world of a kind, by default what it is by its mesh; or a shell, as in OMPL.app, where the
-    body is within what would be solid at an end (rows of `ends`)."""
+    body is within what would be solid at both ends (rows of `ends`), as in a closed room."""
     world = _WorldMesh(read, kind or default_kind(read), bounds, name)
     if kind or world.allowed is None:
         return world
     points = robot.placed(np.concatenate([p.piece_points() for p in robot.parts]), ends)
-    if world.allowed(points.reshape(-1, 3)).all():
+    outside = world.allowed(points.reshape(-1, 3)).reshape(points.shape[:2]).all(axis=1)
+    if outside.any():
         return world
     return _WorldMesh(read, "shell", bounds, name)
 

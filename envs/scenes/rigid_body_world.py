@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,9 @@ _MOST_UNJOINED = 20
 
 _BLOCK = 4096
 """Configurations that are looked at at a time."""
+
+_LOOK = 128
+"""Of what is drawn for a search, which may end soon."""
 
 _TOUCHING = -1e-9
 """The clearance where something touches, which says no more than that."""
@@ -130,6 +134,9 @@ class RigidBodyWorld(Environment):
         """Never more than `clearance` in free space: of spheres that cover the body."""
         return self._least_of_spheres(self.world.clearance, q)
 
+    def _surface_clearance(self, q: Array) -> Array:
+        return self._least_of_spheres(self.world.surface_clearance, q)
+
     def _least_of_spheres(self, of_world: Clearances, q: Array) -> Array:
         q = self.configurations(q)
         blocks = np.array_split(q, -(-len(q) // _BLOCK)) if len(q) else [q]
@@ -151,13 +158,13 @@ class RigidBodyWorld(Environment):
         return self._part_clearances
 
     def _part_clearances(self, q: Array) -> Array:
-        [clearances] = self._of_spheres(self.world.clearance, q[None])
+        [clearances] = self._of_spheres(self.world.surface_clearance, q[None])
         found: Array = np.minimum.reduceat(clearances, self.robot.cover.begins)
         return found
 
     def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
         free = continuous.paths_are_free(
-            self.approximate_clearance, self.robot.rate_bound, paths, tolerance, self.space
+            self._surface_clearance, self.robot.rate_bound, paths, tolerance, self.space
         )
         if self.allowed is not None and free.any():  # which cannot change where nothing is touched
             starts = [path[0] for path, proved in zip(paths, free, strict=True) if proved]
@@ -215,12 +222,16 @@ class RigidBodyWorld(Environment):
             f"pairs of ends; {self.advice}"
         )
 
-    def _free_samples(self, rng: np.random.Generator) -> Array:
-        """What the search draws, (m, size): few configurations in rooms are free, and motions
+    def _free_samples(self, rng: np.random.Generator) -> Iterator[Array]:
+        """What the search draws, each (size,): few configurations in rooms are free, and motions
         towards others are mostly tried in vain."""
-        drawn = self.sampling_space.sample(rng, DRAWS)
-        rough = self._least_of_spheres(self.world.approximate_clearance, drawn)
-        return drawn[rough > 0][:SEARCH]
+        drawn = self.sampling_space.sample(rng, DRAWS)  # at once, whatever the search takes of them
+        return islice(self._roughly_free(drawn), SEARCH)
+
+    def _roughly_free(self, q: Array) -> Iterator[Array]:
+        for block in np.array_split(q, len(q) // _LOOK):
+            rough = self._least_of_spheres(self.world.approximate_clearance, block)
+            yield from block[rough > 0]
 
     def _is_free(self, a: Array, b: Array) -> bool:
         [free] = self.paths_are_free([np.array([a, b])], self.planning_tolerance)
