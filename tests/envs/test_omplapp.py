@@ -227,6 +227,7 @@ def test_a_body_with_holes_is_a_surface(folder: Path) -> None:
     assert made(folder, {**SPATIAL, "robot": "sheet.obj"}, ",kind=shell").allowed is None
 
 
+@pytest.mark.slow
 def test_problem_0_is_the_files_for_all_seeds_and_the_others_are_sampled(folder: Path) -> None:
     env = made(folder, PLANAR)
     one, other = env.sample_problems(4, 1), env.sample_problems(3, 2)
@@ -269,6 +270,7 @@ def test_rrtconnect_solves_the_files_problem(name: str, folder: Path, tmp_path: 
     assert attempt["verdict"] == "VALID", attempt
 
 
+@pytest.mark.slow
 def test_the_judge_refuses_the_way_through_the_wall(folder: Path) -> None:
     entry = f"omplapp:file={folder / 'planar.cfg'}"
     [problem] = envs.make(entry).sample_problems(1, 0)
