@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from envs.collision.shapes import Mesh, PlacedShape
 from envs.errors import InputError, suggestion
-from envs.files.mesh_file import FileMesh, read_mesh
-from envs.files.mesh_formats import dae
-from envs.files.mesh_formats.soup import UnreadableError, vertices_of_flat_faces
+from envs.files.assimp_mesh import read_as_assimp
+from envs.files.mesh_file import FileMesh
 from envs.files.omplapp_cfg import Pose, RigidBodyProblem, read_problem
 from envs.problem import Array, Problem
 from envs.robots.rigid_body import SLACK, InSpace, InThePlane, Placement, RigidBody, radius_of
@@ -172,7 +169,7 @@ class _Scene:
     def __init__(self, problem: RigidBodyProblem, in_plane: bool) -> None:
         self._problem = problem
         self._in_plane = in_plane
-        read, center = _centered(problem.robot)
+        read, center = read_as_assimp(problem.robot)
         # OMPL.app leaves the body at its z where it moves in the plane.
         rise = float(center[2]) if problem.planar else 0.0
         if problem.planar and in_plane:
@@ -180,7 +177,7 @@ class _Scene:
         self._rise = np.array([0.0, 0, rise])
         self.body = Mesh(read.vertices - center, read.faces)
         self.body_is_closed = read.closed
-        self.world = _as_assimp_has_it(problem.world)
+        self.world, _ = read_as_assimp(problem.world)
         self.z = float(problem.start.position[2] + rise)
         self.bounds = self._bounds()
 
@@ -244,28 +241,3 @@ def _world(
     if outside.any():
         return world
     return _WorldMesh(read, "shell", bounds, name)
-
-
-def _as_assimp_has_it(file: Path) -> FileMesh:
-    """A mesh in the frame of OMPL.app, which reads it with assimp."""
-    read = read_mesh(file)
-    if file.suffix.lower() != ".dae":
-        return read
-    turn = _turn(file)
-    notes = () if (turn == np.eye(3)).all() else ("turned so that y is up",)
-    return replace(read, vertices=read.vertices @ turn.T, notes=notes)
-
-
-def _centered(file: Path) -> tuple[FileMesh, Array]:
-    """A mesh in that frame, and the mean (3,) of its vertices as assimp has them."""
-    read = _as_assimp_has_it(file)
-    if file.suffix.lower() == ".dae":
-        return read, (dae.drawn_vertices(file) @ _turn(file).T).mean(axis=0)
-    return read, vertices_of_flat_faces(read.vertices, read.faces).mean(axis=0)
-
-
-def _turn(file: Path) -> Array:
-    try:
-        return dae.turn_to_y_up(file)
-    except UnreadableError as error:
-        raise InputError(f"{file} cannot be read as a mesh: {error}") from error

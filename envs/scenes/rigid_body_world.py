@@ -181,10 +181,10 @@ class RigidBodyWorld(Environment):
         points = np.concatenate([part.piece_points() for part in self.robot.parts])
 
         def is_allowed(q: Array) -> NDArray[np.bool_]:
-            found: NDArray[np.bool_] = np.ones(len(q), dtype=np.bool_)
+            found = np.ones(len(q), dtype=np.bool_)
             if world is not None:
                 there = self.robot.placed(points, q)
-                found = world(there.reshape(-1, 3)).reshape(there.shape[:2]).all(axis=1)
+                found &= world(there.reshape(-1, 3)).reshape(there.shape[:2]).all(axis=1)
             if encloses is not None:
                 found &= ~encloses(q)
             return found

@@ -16,6 +16,7 @@ import bench
 import envs
 from bench.storage.record import Verdict
 from envs import InputError, Problem
+from envs.files.assimp_mesh import read_as_assimp
 from envs.files.mesh_formats.dae import drawn_vertices, turn_to_y_up
 from envs.files.omplapp_cfg import Pose, read_problem
 from envs.problem import Array
@@ -366,6 +367,28 @@ def test_comments_spaces_other_sections_and_ends_of_lines_do_not_matter(folder: 
     assert plain.volume is not None
     assert noisy.volume is not None
     assert (noisy.volume[1] == plain.volume[1]).all()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("Y_UP", "W_UP", "its up_axis is 'W_UP', not X_UP, Y_UP or Z_UP"),
+        ("<p>0 1</p>", "<p>0 9</p>", "out of bounds"),
+        ("<p>0 1</p>", "<p>0 x</p>", "invalid literal"),
+    ],
+)
+def test_collada_that_assimp_would_not_read_is_refused(
+    old: str, new: str, said: str, tmp_path: Path
+) -> None:
+    line = '<lines><input semantic="VERTEX" source="#g-vertices" offset="0"/><p>0 1</p></lines>'
+    shape = geometry(TETRAHEDRON, triangles(TRIANGLES)).replace("</mesh>", line + "</mesh>")
+    whole = dae(shape, asset="<up_axis>Y_UP</up_axis>")
+    file = tmp_path / "one.dae"
+    file.write_bytes(whole)
+    assert read_as_assimp(file)[0].closed
+    file.write_bytes(whole.replace(old.encode(), new.encode()))
+    with pytest.raises(InputError, match=f"one.dae cannot be read as a mesh: .*{said}"):
+        read_as_assimp(file)
 
 
 def test_a_file_alone_says_what_to_write(folder: Path) -> None:
