@@ -15,8 +15,8 @@ from envs.problem import Array
 
 
 def read_as_assimp(file: Path) -> tuple[FileMesh, Array]:
-    """A mesh with its up axis applied, so that y is up, where its format says one; and the mean (3,)
-    of its vertices, each counted once for each of its normals.
+    """A mesh with its up axis applied, so that y is up, where its format says one; and the mean of
+    its vertices, (3,), each counted once for each of its normals.
 
     Only Collada says an up axis. Its vertices are those of the file; in other formats faces are
     taken to be flat, whatever normals are written.

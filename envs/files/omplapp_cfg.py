@@ -34,6 +34,9 @@ from envs.problem import Array
 
 _MOST_BYTES = 2**20
 
+_FARTHEST = 1e9
+"""Of all numbers, whose squares shall not overflow."""
+
 _IN_PLANE = ("x", "y", "theta")
 _OF_POSE = ("x", "y", "z", "theta", "axis.x", "axis.y", "axis.z")
 _ENDS = ("start", "goal")
@@ -201,11 +204,14 @@ class _Section:
     def _number(self, key: str) -> float:
         text = self._text(key)
         try:
-            value = float(text)
+            value = float(text) if text.isascii() and "_" not in text else math.nan
         except ValueError:
             value = math.nan
-        if not math.isfinite(value):
-            raise InputError(f"{self._file}: {key} must be a finite number, not {brief(text)}")
+        if not abs(value) <= _FARTHEST:
+            raise InputError(
+                f"{self._file}: {key} must be a finite number up to {_FARTHEST:g}, not "
+                f"{brief(text)}"
+            )
         return value
 
     def _near(self, key: str) -> str:
