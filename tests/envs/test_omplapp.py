@@ -171,6 +171,8 @@ def test_vertices_count_once_for_each_normal_and_those_of_lines_too(tmp_path: Pa
 
 
 def test_smooth_normals_make_one_vertex_of_a_place(tmp_path: Path) -> None:
+    (tmp_path / "one.dae").write_bytes(dae(geometry(TETRAHEDRON, triangles(TRIANGLES))))
+    assert len(drawn_vertices(tmp_path / "one.dae")) == 4  # all corners have the same
     ball = trimesh.creation.icosphere(2, 2.0)
     assert len(ball.vertex_normals) == len(ball.vertices)
     ball.export(tmp_path / "ball.dae")

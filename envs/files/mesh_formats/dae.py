@@ -299,29 +299,33 @@ def _drawn_group(mesh: Element, group: Element) -> Array:
     stride, offset, name = _inputs(group)
     shared = next(one for one in mesh.findall("vertices") if one.get("id") == name)
     vertices = _positions(mesh, shared)
-    runs = [p.text for p in group.findall("p")]
-    none = np.zeros(0, dtype=np.int64)
-    corners = np.concatenate([none, *(_corners(run, stride, offset) for run in runs)])
-    normals, of_corners = _normals(mesh, group, shared), corners
-    if normals is None and group.tag in _FACES:
-        return vertices_of_flat_faces(vertices, _faces(group, vertices, stride, offset).faces)
-    if normals is None:
-        return np.unique(vertices[corners], axis=0)
+    corners = vertices[_all_corners(group, stride, offset)]
+    normals, at = _normals(mesh, group, shared)
+    if normals is not None:
+        of_corners = normals[_all_corners(group, stride, offset if at is None else at)]
+        rows = np.column_stack([corners, of_corners + 0.0])  # -0 is 0
+        drawn: Array = np.unique(rows, axis=0)[:, :3]
+        return drawn
+    if group.tag in _LINES:
+        return np.unique(corners, axis=0)
+    return vertices_of_flat_faces(vertices, _faces(group, vertices, stride, offset).faces)
+
+
+def _all_corners(group: Element, stride: int, offset: int) -> Ints:
+    runs = (_corners(p.text, stride, offset) for p in group.findall("p"))
+    return np.concatenate([np.zeros(0, dtype=np.int64), *runs])
+
+
+def _normals(mesh: Element, group: Element, vertices: Element) -> tuple[Array | None, int | None]:
+    """The normals (n, 3) that a group's corners have, or the vertices that it is of, and which of a
+    corner's indices is theirs; None where that is the vertex's."""
     for one in group.findall("input"):
         if one.get("semantic") == "NORMAL":
-            at = int(one.get("offset", "0"))
-            of_corners = np.concatenate([none, *(_corners(run, stride, at) for run in runs)])
-    rows = np.column_stack([vertices[corners], normals[of_corners] + 0.0])  # -0 is 0
-    drawn: Array = np.unique(rows, axis=0)[:, :3]
-    return drawn
-
-
-def _normals(mesh: Element, group: Element, vertices: Element) -> Array | None:
-    """The normals (n, 3) that the corners of a group, or the vertices that it is of, have."""
-    for one in (*group.findall("input"), *vertices.findall("input")):
+            return _source(mesh, one.get("source", "")), int(one.get("offset", "0"))
+    for one in vertices.findall("input"):
         if one.get("semantic") == "NORMAL":
-            return _source(mesh, one.get("source", ""))
-    return None
+            return _source(mesh, one.get("source", "")), None
+    return None, None
 
 
 def _faces(element: Element, vertices: Array, stride: int, offset: int) -> Soup:
