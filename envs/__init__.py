@@ -93,11 +93,19 @@ REGISTRY: Registry[Environment] = Registry(
             "world, size)",
             in_all=False,
         ),
+        Spec(
+            "omplapp",
+            "envs.scenes.omplapp:OmplApp",
+            "rigid body in the world of one of OMPL.app's .cfg files, from its start to its goal "
+            "(file, space, kind, weight)",
+            in_all=False,
+        ),
     ],
     entry_point_group="bench.envs",
     base="envs.environment:Environment",
     of_files={
         ".urdf": "an arm is arm:urdf={}",
+        ".cfg": "a problem of OMPL.app is omplapp:file={}",
         **dict.fromkeys((".dae", ".glb", ".obj", ".off", ".ply", ".stl"), "a mesh is mesh:file={}"),
     },
 )

@@ -6,7 +6,7 @@ problems are asked; no planner sees it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -46,9 +46,14 @@ class _Tree:
 
 
 def is_connected(
-    space: Space, is_free: IsFree, start: Array, goal: Array, samples: Array, step: float
+    space: Space,
+    is_free: IsFree,
+    start: Array,
+    goal: Array,
+    samples: Iterable[Array],
+    step: float,
 ) -> bool:
-    """Whether a search that draws `samples` (n, size) joins two configurations (size,).
+    """Whether a search that draws `samples`, (size,) each, joins two configurations (size,).
 
     Args:
         is_free: decides about motions.

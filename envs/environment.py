@@ -196,6 +196,12 @@ class Environment(ABC):
         a small share of the speed model's d_max, and the first call may take a while."""
         return self.clearance(q)
 
+    def surface_clearance(self, q: Array) -> Array:
+        """By how much the robot is away from all surfaces of obstacles, at least, (n,): where that
+        is quicker to tell than on which side of them it is, and `allowed` says that. By default
+        `clearance`."""
+        return self.clearance(q)
+
     @abstractmethod
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         """The first test problems of a seed, the same on every machine.

@@ -27,6 +27,7 @@ CASES = {
     "SRDFs": 1200,
     "scenes": 1200,
     "Collada meshes": 1200,
+    "problems of OMPL.app": 1200,
 }
 """How many inputs each parser is given."""
 

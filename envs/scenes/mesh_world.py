@@ -114,14 +114,18 @@ class MeshWorld(PointWorld):
     def _build(
         self, read: FileMesh, kind: str, robot_radius: float, scale: float, name: str
     ) -> None:
-        self._name = name
-        self.kind = kind or _default_kind(read)
+        self.kind = kind or default_kind(read)
         self.transform = _fitted(read.vertices, KINDS[self.kind].extent, scale, name)
         if not 0 <= robot_radius * self.transform.scale <= HALF_SIDE / 2:
             most = HALF_SIDE / 2 / self.transform.scale
             raise InputError(f"{name}: robot_radius must be between 0 and {most:.3g} mesh units")
         radius = robot_radius * self.transform.scale or DEFAULT_RADIUS
         super().__init__(radius, KINDS[self.kind].speed)
+        self._take(read, name)
+
+    def _take(self, read: FileMesh, name: str) -> None:
+        """Makes obstacles of a mesh, once it is known what kind of world it is and where."""
+        self._name = name
         self._mesh = Mesh(self.transform.to_world(read.vertices), read.faces)
         self._queries = queries(self._mesh)
         if not self._enclosure.known:
@@ -211,6 +215,9 @@ class MeshWorld(PointWorld):
         distance = self._distance.distance(points)
         return np.where(self._is_out(points), -distance, distance) - self.robot.radius
 
+    def surface_clearance(self, q: Array) -> Array:
+        return self._distance.distance(self.configurations(q)) - self.robot.radius
+
     def definition(self) -> dict[str, Any]:
         return {
             "class": "MeshWorld",
@@ -222,7 +229,8 @@ class MeshWorld(PointWorld):
         }
 
 
-def _default_kind(read: FileMesh) -> str:
+def default_kind(read: FileMesh) -> str:
+    """What a mesh means if nobody says so, see `MeshWorld`."""
     if not read.closed:
         return "shell"
     return "solid" if read.outward else "interior"

@@ -143,6 +143,16 @@ def test_a_body_within_a_solid_or_about_a_small_one_touches(files: Path) -> None
     assert small.clearance(aside)[0] == pytest.approx(5 - 0.1 - 3, abs=0.05)
 
 
+def test_within_a_shell_a_body_is_free_as_a_point_robot_is(files: Path) -> None:
+    env = made(f"rigid:body=box,size=1,world=mesh,file={files / 'ball.stl'},kind=shell,scale=1")
+    at_middle = np.array([[0.0, 0, 0, *IDENTITY]])
+    assert env.clearance(at_middle)[0] > 2
+    assert env.collision_model().is_valid(at_middle[0])
+    assert env.paths_are_free([np.repeat(at_middle, 2, 0)], 1e-3)[0]
+    across = np.array([at_middle[0], at_middle[0] + [5, 0, 0, 0, 0, 0, 0]])
+    assert not env.paths_are_free([across], 1e-3)[0]
+
+
 @pytest.mark.slow
 def test_in_a_room_a_body_stays_inside(files: Path) -> None:
     env = made(f"rigid:body=cross,size=2,world=mesh,file={files / 'room.stl'},kind=interior")

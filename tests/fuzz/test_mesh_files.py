@@ -10,7 +10,9 @@ from fuzzing import fuzzed
 from mesh_files import PRISM, prism
 from mutations import contents
 
-from envs.files.mesh_file import FileMesh, read_mesh
+from envs.files.assimp_mesh import read_as_assimp
+from envs.files.mesh_file import FileMesh
+from envs.problem import Array
 
 VERTICES, FACES = prism(PRISM)
 
@@ -29,11 +31,13 @@ COLLADA = (
 def test_collada_meshes(tmp_path: Path) -> None:
     file = tmp_path / "mesh.dae"
 
-    def parse(content: bytes) -> FileMesh:
+    def parse(content: bytes) -> tuple[FileMesh, Array]:
         file.write_bytes(content or b" ")
-        return read_mesh(file)
+        return read_as_assimp(file)
 
-    def check(mesh: FileMesh) -> None:
+    def check(read: tuple[FileMesh, Array]) -> None:
+        mesh, center = read
+        assert np.isfinite(center).all()
         assert len(mesh.faces) > 0
         assert np.isfinite(mesh.vertices).all()
         assert mesh.faces.min() >= 0

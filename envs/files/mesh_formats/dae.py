@@ -19,7 +19,14 @@ from scipy.spatial.transform import Rotation
 
 from envs.errors import brief
 from envs.files.mesh_formats.polygons import Ints, Polygons, fans_to_triangles, strips_to_triangles
-from envs.files.mesh_formats.soup import MOST_FACES, Soup, UnreadableError, joined, moved
+from envs.files.mesh_formats.soup import (
+    MOST_FACES,
+    Soup,
+    UnreadableError,
+    joined,
+    moved,
+    vertices_of_flat_faces,
+)
 from envs.problem import Array
 
 _MOST_NODES = 100_000
@@ -27,6 +34,13 @@ _MOST_NODES = 100_000
 
 _LINES = ("lines", "linestrips")
 _FACES = ("triangles", "polylist", "polygons", "tristrips", "trifans")
+
+_TO_Y_UP = {
+    "X_UP": np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]),
+    "Y_UP": np.eye(3),
+    "Z_UP": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]),
+}
+"""The turns that take the up axis to y."""
 
 
 def read(path: Path) -> Soup:
@@ -50,6 +64,32 @@ def read(path: Path) -> Soup:
             placed.append(moved(soups[geometry], pose))
         soup = joined(placed)
         return Soup(soup.vertices * document.unit, soup.faces, (*soup.notes, *document.notes))
+
+
+def turn_to_y_up(path: Path) -> Array:
+    """The rotation (3, 3) that assimp applies to a file that `read` reads, so that y is up.
+
+    Raises:
+        UnreadableError: the file is no Collada, or its up axis is none.
+    """
+    axis = _Document(_tree(path)).up_axis
+    if axis not in _TO_Y_UP:
+        raise UnreadableError(f"its up_axis is {brief(axis)}, not X_UP, Y_UP or Z_UP")
+    return _TO_Y_UP[axis]
+
+
+def drawn_vertices(path: Path) -> Array:
+    """The vertices (n, 3) that renderers have of a file that `read` reads, in the same frame: of
+    each group of faces or lines each place once for each normal that it has there. Groups without
+    normals have those of their faces."""
+    document = _Document(_tree(path))
+    drawn: dict[Element, Array] = {}
+    placed = [np.zeros((0, 3))]
+    for geometry, pose in document.instances():
+        if geometry not in drawn:
+            drawn[geometry] = _drawn_geometry(geometry)
+        placed.append(drawn[geometry] @ pose[:3, :3].T + pose[:3, 3])
+    return np.concatenate(placed) * document.unit
 
 
 def _tree(path: Path) -> Element:
@@ -86,11 +126,15 @@ class _Document:
         return meter
 
     @property
+    def up_axis(self) -> str:
+        return (self._root.findtext("asset/up_axis") or "Y_UP").strip()
+
+    @property
     def notes(self) -> tuple[str, ...]:
-        axis = (self._root.findtext("asset/up_axis") or "Y_UP").strip()
-        if axis == "Z_UP":
+        if self.up_axis == "Z_UP":
             return ()
-        return (f"its up_axis {brief(axis)} is not applied: coordinates are as they are written",)
+        axis = brief(self.up_axis)
+        return (f"its up_axis {axis} is not applied: coordinates are as they are written",)
 
     def instances(self) -> Iterator[tuple[Element, Array]]:
         """The geometries of the scene, and their poses (4, 4)."""
@@ -199,11 +243,19 @@ def _positions(mesh: Element, vertices: Element) -> Array:
     name = next(
         (one.get("source", "") for one in vertices if one.get("semantic") == "POSITION"), ""
     )
+    found = _source(mesh, name)
+    if found is None:
+        raise UnreadableError(f"it has vertices without positions ({brief(name)})")
+    return found
+
+
+def _source(mesh: Element, name: str) -> Array | None:
+    """The points (n, 3) that a mesh has under the name #ID, if it has them."""
     for source in mesh.findall("source"):
         array, accessor = source.find("float_array"), source.find("technique_common/accessor")
         if source.get("id") == name[1:] and array is not None and accessor is not None:
             return _accessed(_floats(array.text), accessor)
-    raise UnreadableError(f"it has vertices without positions ({brief(name)})")
+    return None
 
 
 def _accessed(numbers: Array, accessor: Element) -> Array:
@@ -233,6 +285,47 @@ def _inputs(faces: Element) -> tuple[int, int, str]:
         if one.get("semantic") == "VERTEX" and min(offsets) >= 0:
             return max(offsets) + 1, offset, one.get("source", "")[1:]
     raise UnreadableError(f"its <{faces.tag}> have no vertices")
+
+
+def _drawn_geometry(geometry: Element) -> Array:
+    """See `drawn_vertices`; of a geometry that `_geometry` reads."""
+    mesh = geometry.find("mesh")
+    assert mesh is not None
+    groups = [_drawn_group(mesh, one) for one in mesh if one.tag in (*_FACES, *_LINES)]
+    return np.concatenate([np.zeros((0, 3)), *groups])
+
+
+def _drawn_group(mesh: Element, group: Element) -> Array:
+    stride, offset, name = _inputs(group)
+    shared = next(one for one in mesh.findall("vertices") if one.get("id") == name)
+    vertices = _positions(mesh, shared)
+    corners = vertices[_all_corners(group, stride, offset)]
+    normals, at = _normals(mesh, group, shared)
+    if normals is not None:
+        of_corners = normals[_all_corners(group, stride, offset if at is None else at)]
+        rows = np.column_stack([corners, of_corners + 0.0])  # -0 is 0
+        drawn: Array = np.unique(rows, axis=0)[:, :3]
+        return drawn
+    if group.tag in _LINES:
+        return np.unique(corners, axis=0)
+    return vertices_of_flat_faces(vertices, _faces(group, vertices, stride, offset).faces)
+
+
+def _all_corners(group: Element, stride: int, offset: int) -> Ints:
+    runs = (_corners(p.text, stride, offset) for p in group.findall("p"))
+    return np.concatenate([np.zeros(0, dtype=np.int64), *runs])
+
+
+def _normals(mesh: Element, group: Element, vertices: Element) -> tuple[Array | None, int | None]:
+    """The normals (n, 3) that a group's corners have, or the vertices that it is of, and which of a
+    corner's indices is theirs; None where that is the vertex's."""
+    for one in group.findall("input"):
+        if one.get("semantic") == "NORMAL":
+            return _source(mesh, one.get("source", "")), int(one.get("offset", "0"))
+    for one in vertices.findall("input"):
+        if one.get("semantic") == "NORMAL":
+            return _source(mesh, one.get("source", "")), None
+    return None, None
 
 
 def _faces(element: Element, vertices: Array, stride: int, offset: int) -> Soup:

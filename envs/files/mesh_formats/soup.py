@@ -68,6 +68,20 @@ def moved(soup: Soup, pose: Array) -> Soup:
     return Soup(soup.vertices @ pose[:3, :3].T + pose[:3, 3], faces, soup.notes)
 
 
+def vertices_of_flat_faces(vertices: Array, faces: NDArray[np.int64]) -> Array:
+    """The vertices (k, 3) that renderers have of faces (m, 3) without normals of their own: each
+    place once for each way that a face looks there."""
+    corners = vertices[faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    normals = np.divide(across, length, out=np.zeros_like(across), where=length > 0)
+    # Faces in one plane shall have the same, and -0 is not 0 to whoever looks for the same rows.
+    rounded = np.round(normals, 4).repeat(3, axis=0) + 0.0
+    rows = np.unique(np.column_stack([corners.reshape(-1, 3), rounded]), axis=0)
+    found: Array = rows[:, :3]
+    return found
+
+
 def check_finite(vertices: Array) -> None:
     """Raises UnreadableError unless all coordinates (n, 3) are numbers to reckon with."""
     if not (np.abs(vertices) <= _FARTHEST).all():

@@ -1,0 +1,262 @@
+"""Rigid bodies among what is in the way of point robots: what worlds of such bodies share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envs.collision import continuous
+from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
+from envs.collision.mesh import Containment
+from envs.collision.shapes import PlacedShape
+from envs.connection import is_connected
+from envs.environment import Environment
+from envs.errors import InputError
+from envs.problem import Array
+from envs.robots.rigid_body import RigidBody
+from envs.seeding import stream
+from envs.spaces import Space
+from envs.speed_model import SpeedModel
+
+Clearances = Callable[[Array], Array]
+
+SEARCH, DRAWS = 1000, 16_384
+"""Free configurations that a search draws to join the ends of a problem, at most, of so many."""
+
+_MOST_FRUITLESS = 100
+"""Times in a row that 1024 pairs of random configurations hold no ends of a problem."""
+
+_MOST_UNJOINED = 20
+"""Pairs of ends that no path joins, before a world is found to have no problem at all."""
+
+_BLOCK = 4096
+"""Configurations that are looked at at a time."""
+
+_LOOK = 128
+"""Of what is drawn for a search, which may end soon."""
+
+_TOUCHING = -1e-9
+"""The clearance where something touches, which says no more than that."""
+
+
+@dataclass
+class SampledEnds:
+    """Ends of problems: pairs, each (size,), and how many pairs were not joined by the search."""
+
+    pairs: list[tuple[Array, Array]] = field(default_factory=list)
+    dropped: int = 0
+
+
+class RigidBodyWorld(Environment):
+    """A rigid body in the world of a point robot.
+
+    A subclass says what problems there are. Those that are sampled (`sampled_ends`) have ends that
+    are uniform in free space, keep `end_clearance`, have positions at least `min_separation` apart,
+    and are joined by a long search.
+
+    Args:
+        robot: the body.
+        world: the environment of a point robot in space, whose obstacles are the body's.
+        radius: of that robot.
+        encloses: whether the body has an inside, in which obstacles cannot be.
+
+    Attributes:
+        end_clearance: of ends that are sampled, at least.
+        min_separation: between their positions, at least.
+        search_step: the longest motion of the search.
+        advice: what to do where there are too few.
+    """
+
+    robot: RigidBody
+    end_clearance: float
+    min_separation: float
+    search_step: float
+    advice: str
+    trace_label = "middle of the body"
+
+    def __init__(self, robot: RigidBody, world: Environment, radius: float, encloses: bool) -> None:
+        self.robot = robot
+        self.world = world
+        self._of_point = radius
+        self._encloses = encloses
+        self.lower, self.upper = robot.placement.space.lower, robot.placement.space.upper
+        # Bodies are no balls, of which alone FCL has the distance from a box in closed form.
+        self.obstacles: Sequence[PlacedShape] = [
+            PlacedShape(obstacle.solid, obstacle.pose) for obstacle in world.obstacles
+        ]
+        self.speed_model: SpeedModel = world.speed_model
+        self.units = world.units
+        self._last_made: tuple[tuple[int, int] | None, SampledEnds] = (None, SampledEnds())
+
+    @property
+    def space(self) -> Space:
+        return self.robot.placement.space
+
+    @property
+    def extent(self) -> float:
+        return self.world.extent
+
+    @property
+    def is_interior(self) -> bool:
+        return self.world.is_interior
+
+    @property
+    def rooms(self) -> Allowed | None:
+        return self.world.rooms
+
+    @property
+    def free_bounds(self) -> tuple[Array, Array]:
+        """Those of the world, wider by the body's radius: the origin of its frame need not be
+        within it."""
+        positions = self.space.parts[0].size
+        low, high = self.world.free_bounds
+        lower, upper = self.lower.copy(), self.upper.copy()
+        lower[:positions] = np.maximum(low - self.robot.radius, self.world.lower)[:positions]
+        upper[:positions] = np.minimum(high + self.robot.radius, self.world.upper)[:positions]
+        return lower, upper
+
+    @cached_property
+    def _model(self) -> CollisionModel:
+        return self.collision_model()
+
+    def clearance(self, q: Array) -> Array:
+        """Distances (n,) by `CollisionModel`, one configuration (n, size) at a time; just below 0
+        in contact."""
+        found = [self._model.clearance(one) for one in self.configurations(q)]
+        return np.array([_TOUCHING if c <= 0 else c for c in found])
+
+    def approximate_clearance(self, q: Array) -> Array:
+        """Never more than `clearance` in free space: of spheres that cover the body."""
+        return self._least_of_spheres(self.world.clearance, q)
+
+    def _surface_clearance(self, q: Array) -> Array:
+        return self._least_of_spheres(self.world.surface_clearance, q)
+
+    def _least_of_spheres(self, of_world: Clearances, q: Array) -> Array:
+        q = self.configurations(q)
+        blocks = np.array_split(q, -(-len(q) // _BLOCK)) if len(q) else [q]
+        found = [self._of_spheres(of_world, block).min(axis=1) for block in blocks]
+        return np.concatenate(found)
+
+    def _of_spheres(self, of_world: Clearances, q: Array) -> Array:
+        """The clearances (n, m) of the spheres that cover the body, by those of the world."""
+        centers = self.robot.placed(self.robot.cover.centers, q)
+        distance = of_world(centers.reshape(-1, 3)) + self._of_point
+        clearances: Array = distance.reshape(centers.shape[:2]) - self.robot.cover.radii
+        return clearances
+
+    def speed_on_grid(self, q: Array) -> Array:
+        return self.speed_model(self.approximate_clearance(q))
+
+    @property
+    def shape_names(self) -> Sequence[str]:
+        count = self.robot.moving
+        return ["the body"] if count == 1 else [f"part {n + 1} of the body" for n in range(count)]
+
+    @property
+    def lower_bounds(self) -> LowerBounds:
+        return self._part_clearances
+
+    def _part_clearances(self, q: Array, most: float) -> Array:
+        [clearances] = self._of_spheres(self.world.surface_clearance, q[None])
+        found: Array = np.minimum.reduceat(clearances, self.robot.cover.begins)
+        return found
+
+    def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
+        free = continuous.paths_are_free(
+            self._surface_clearance, self.robot.rate_bound, paths, tolerance, self.space
+        )
+        if self.allowed is not None and free.any():  # which cannot change where nothing is touched
+            starts = [path[0] for path, proved in zip(paths, free, strict=True) if proved]
+            free[free] = self.allowed(np.array(starts))
+        return free
+
+    @cached_property
+    def allowed(self) -> Allowed | None:
+        """Where each piece of the body is where the world's robot may be, and the body holds no
+        obstacle wholly within."""
+        world = self.world.allowed
+        containment = Containment(self.robot, self.obstacles)
+        encloses = containment.robot_encloses if self._encloses else None
+        points = np.concatenate([part.piece_points() for part in self.robot.parts])
+
+        def is_allowed(q: Array) -> NDArray[np.bool_]:
+            found = np.ones(len(q), dtype=np.bool_)
+            if world is not None:
+                there = self.robot.placed(points, q)
+                found &= world(there.reshape(-1, 3)).reshape(there.shape[:2]).all(axis=1)
+            if encloses is not None:
+                found &= ~encloses(q)
+            return found
+
+        return None if world is None and encloses is None else is_allowed
+
+    def sampled_ends(self, n: int, seed: int) -> SampledEnds:
+        """Of the first `n` problems of a seed that are sampled.
+
+        Raises:
+            InputError: there are fewer.
+        """
+        if (n, seed) != self._last_made[0]:
+            self._last_made = (n, seed), self._make(n, seed)
+        return self._last_made[1]
+
+    def _make(self, n: int, seed: int) -> SampledEnds:
+        made = SampledEnds()
+        rng = stream("rigid problems", seed, int(self.fingerprint, 16))
+        for start, goal in self._ends(rng) if n > 0 else ():
+            samples = self._free_samples(rng)
+            if is_connected(self.space, self._is_free, start, goal, samples, self.search_step):
+                made.pairs.append((start, goal))
+            else:
+                made.dropped += 1
+            if len(made.pairs) == n:
+                return made
+            if made.dropped == _MOST_UNJOINED and not made.pairs:
+                break
+        if n == 0:
+            return made
+        raise InputError(
+            f"found only {len(made.pairs)} of {n} problems: both ends must keep "
+            f"{self.end_clearance:g} clear and be joined by a path; no path joined {made.dropped} "
+            f"pairs of ends; {self.advice}"
+        )
+
+    def _free_samples(self, rng: np.random.Generator) -> Iterator[Array]:
+        """What the search draws, each (size,): few configurations in rooms are free, and motions
+        towards others are mostly tried in vain."""
+        drawn = self.sampling_space.sample(rng, DRAWS)  # at once, whatever the search takes of them
+        return islice(self._roughly_free(drawn), SEARCH)
+
+    def _roughly_free(self, q: Array) -> Iterator[Array]:
+        for block in np.array_split(q, len(q) // _LOOK):
+            rough = self._least_of_spheres(self.world.approximate_clearance, block)
+            yield from block[rough > 0]
+
+    def _is_free(self, a: Array, b: Array) -> bool:
+        [free] = self.paths_are_free([np.array([a, b])], self.planning_tolerance)
+        return bool(free)
+
+    def _ends(self, rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
+        """Starts and goals, until very many pairs in a row are refused."""
+        fruitless = 0
+        while fruitless < _MOST_FRUITLESS:
+            start, goal = (self.sampling_space.sample(rng, 1024) for _ in range(2))
+            at = (self.robot.placement.positions(q) for q in (start, goal))
+            keep = np.linalg.norm(np.subtract(*at), axis=1) >= self.min_separation
+            for end in (start, goal):
+                keep[keep] &= self._may_be_end(end[keep])
+            fruitless = 0 if keep.any() else fruitless + 1
+            yield from zip(start[keep], goal[keep], strict=True)
+
+    def _may_be_end(self, q: Array) -> NDArray[np.bool_]:
+        """Whether configurations (n, size) keep the clearance that problems' ends do."""
+        keep = self.approximate_clearance(q) >= self.end_clearance
+        if self.allowed is not None:
+            keep[keep] = self.allowed(q[keep])
+        return keep
