@@ -35,7 +35,8 @@ def _folder() -> Path | None:
 
 
 def _ur(model: str, urdf: str, srdf: str, description: str) -> dict[str, Any]:
-    """An arm of Universal Robots, of which all six joints move."""
+    """An arm of Universal Robots, of which all six joints move. The UR10 has no SRDF there, and
+    that of another will not do: its forearm and second wrist do touch."""
     files = {"urdf": f"ur_description/urdf/{urdf}.urdf"}
     if srdf:
         files["srdf"] = f"ur_description/srdf/{srdf}.srdf"
@@ -63,8 +64,8 @@ _ROBOTS: Mapping[str, Mapping[str, Any]] = {
         "dof": 7,
         "description": "Franka Emika Panda with its hand",
     },
-    "ur3": _ur("UR3", "ur3_robot", "ur5", ""),
-    "ur3_limited": _ur("UR3", "ur3_joint_limited_robot", "ur5_joint_limited_robot", _LIMITED),
+    "ur3": _ur("UR3", "ur3_robot", "ur3_gripper", ""),
+    "ur3_limited": _ur("UR3", "ur3_joint_limited_robot", "ur3_gripper", _LIMITED),
     "ur3_gripper": _ur("UR3", "ur3_gripper", "ur3_gripper", _GRIPPER),
     "ur5": _ur("UR5", "ur5_robot", "ur5", ""),
     "ur5_limited": _ur("UR5", "ur5_joint_limited_robot", "ur5_joint_limited_robot", _LIMITED),

@@ -258,19 +258,31 @@ class ArmWorld(Environment):
         while fruitless < 100 and none < _HOPELESS:
             start, goal = rng.uniform(self.lower, self.upper, (2, 1024, self.dimension))
             keep = self.space.distance(start, goal) >= self.min_separation
-            keep[keep] &= self._may_be_end(start[keep])
-            none = 0 if keep.any() else none + 1
-            keep[keep] &= self._may_be_end(goal[keep])
-            fruitless = 0 if keep.any() else fruitless + 1
-            yield from zip(start[keep], goal[keep], strict=True)
+            keep[keep] &= self._are_clear(start[keep])
+            none = 0 if any(map(self._is_outside, start[keep])) else none + 1
+            keep[keep] &= self._are_clear(goal[keep])
+            fruitless += 1
+            for ends in zip(start[keep], goal[keep], strict=True):
+                if all(map(self._is_outside, ends)):
+                    fruitless = 0
+                    yield ends
 
     def _may_be_end(self, q: Array) -> NDArray[np.bool_]:
+        """Whether configurations (n, d) may be ends of problems."""
+        keep = self._are_clear(q)
+        keep[keep] = [self._is_outside(one) for one in q[keep]]
+        return keep
+
+    def _are_clear(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, d) keep the clearance that problems' ends do."""
         keep = arm_clearance.clearances(self._unpaired, self.scene, q) >= self.min_clearance
         keep[keep] &= self.robot.links_keep(self.kept, q[keep])
-        if self.allowed is not None:
-            keep[keep] &= self.allowed(q[keep])
         return keep
+
+    def _is_outside(self, q: Array) -> bool:
+        """Whether nothing is wholly within a mesh, at a configuration (d,). Asked one by one, as
+        far as it is needed: it may take a millisecond."""
+        return self.allowed is None or bool(self.allowed(q[None])[0])
 
     @cached_property
     def _unpaired(self) -> RobotArrays:
