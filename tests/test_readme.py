@@ -47,7 +47,7 @@ def test_the_python_text_runs_as_written(tmp_path: Path) -> None:
 
 def test_the_commands_and_entries_it_shows_are_accepted() -> None:
     lines = [
-        line.partition("#")[0].split("bench ", 1)[1].split()
+        shlex.split(line.partition("#")[0].split("bench ", 1)[1])
         for block in blocks("sh")
         for line in block.splitlines()
         if "bench " in line and "pytest" not in line
