@@ -76,8 +76,8 @@ REGISTRY: Registry[Environment] = Registry(
         Spec(
             "arm",
             "envs.scenes.arms:UserArm",
-            "any robot from a URDF among solids from a YAML file (urdf, scene, self_collision, "
-            "geometry, srdf, group, tip, joints, state, pose)",
+            "any robot from a URDF, or by name, among solids from a YAML file (urdf, robot, scene, "
+            "self_collision, geometry, srdf, group, tip, joints, state, pose)",
             in_all=False,
         ),
         Spec(

@@ -1,4 +1,4 @@
-"""The planner and the environment that docs/ shows work as written."""
+"""The planner, the environment and the robots that docs/ shows work as written."""
 
 from __future__ import annotations
 
@@ -11,13 +11,44 @@ from pathlib import Path
 import pandas as pd
 import plugins
 import pytest
+import trimesh
 from conftest import Cli
-from documents import ROOT, block_after
+from documents import ROOT, block_after, blocks
+
+from envs.robots import example_robot_data
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+
+def points_of(text: str) -> dict[str, str]:
+    """By "group name", the entry points that a pyproject.toml declares."""
+    announced = tomllib.loads(text)["project"]["entry-points"]
+    return {
+        f"{group} {name}": value for group, of in announced.items() for name, value in of.items()
+    }
+
+
+def carry_out(commands: str, folder: Path, site: Path) -> str:
+    """Has a shell's commands done in a folder, with the packages of a site; returns what they
+    print."""
+    printed = ""
+    for line in commands.splitlines():
+        name, *command = shlex.split(line)
+        assert name == "bench"
+        done = subprocess.run(
+            [sys.executable, "-m", "bench", *command],
+            env={**os.environ, "PYTHONPATH": f"{site}{os.pathsep}{ROOT}"},
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        printed += done.stdout
+    return printed
 
 
 @pytest.mark.slow
@@ -45,26 +76,39 @@ def test_the_planner_is_short_passes_its_checks_and_solves_problems(
 
 @pytest.mark.slow
 def test_the_environment_is_found_and_planned_in_once_it_is_installed(tmp_path: Path) -> None:
-    announced = tomllib.loads(block_after("entry points"))["project"]["entry-points"]
-    points = {
-        f"{group} {name}": value for group, of in announced.items() for name, value in of.items()
-    }
+    points = points_of(block_after("entry points"))
     site = tmp_path / "site"
     site.mkdir()
     plugins.install(site, "slalom", block_after("environment"), points)
-    for line in block_after("environment commands").splitlines():
-        name, *command = shlex.split(line)
-        assert name == "bench"
-        done = subprocess.run(
-            [sys.executable, "-m", "bench", *command],
-            env={**os.environ, "PYTHONPATH": f"{site}{os.pathsep}{ROOT}"},
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
+    carry_out(block_after("environment commands"), tmp_path, site)
     assert (tmp_path / "slalom.png").stat().st_size > 0
     summary = pd.read_csv(tmp_path / "results" / "runs" / "slalom" / "summary.csv")
     assert summary["env"].tolist() == ["slalom:walls=5"]
     assert summary["solved"].tolist() == [3]
+
+
+@pytest.mark.slow
+def test_robots_that_a_package_announces_have_names(tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    site.mkdir()
+    text, points = block_after("named robots"), block_after("entry points of robots")
+    assert text.count("\n") <= 10
+    plugins.install(site, "lab_robots", text, points_of(points))
+    [robot] = blocks("xml")
+    (site / "two_joints.urdf").write_text(robot, encoding="utf-8")
+    printed = carry_out(block_after("commands of named robots"), tmp_path, site)
+    assert "shoulder and elbow, 2 joints, lab_robots" in printed
+    assert (tmp_path / "two_joints.png").stat().st_size > 0
+
+
+@pytest.mark.slow(minutes=1)
+def test_robots_by_name_are_drawn_and_planned_for(tmp_path: Path) -> None:
+    if example_robot_data.robots()[0].missing:
+        pytest.skip('example-robot-data is not installed: pip install "plannerbench[robots]"')
+    [scene] = blocks("yaml")
+    (tmp_path / "my_scene.yaml").write_text(scene, encoding="utf-8")
+    trimesh.creation.box((200, 50, 300)).export(tmp_path / "shelf.ply")
+    assert "panda" in carry_out(block_after("robots by name"), tmp_path, tmp_path)
+    assert (tmp_path / "panda.png").stat().st_size > 0
+    [summary] = tmp_path.glob("results/runs/*/summary.csv")
+    assert pd.read_csv(summary)["solved"].tolist() == [5]

@@ -44,7 +44,15 @@ SLOW = (*NUMERICAL, "pydantic")
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--version"], ["--help"], ["run", "--help"], ["list"], ["list", "--json"]]
+    "arguments",
+    [
+        ["--version"],
+        ["--help"],
+        ["run", "--help"],
+        ["list"],
+        ["list", "--json"],
+        ["list", "robots"],
+    ],
 )
 def test_nothing_slow_is_imported_before_it_is_used(arguments: list[str]) -> None:
     text = (

@@ -306,12 +306,14 @@ def paper() -> None:
     beside the paper's figures. DIR holds paper.md, its pictures, and every table as CSV."""
 
 
-@_command("list", "listing:list_", "list planners, environments and metrics")
-@click.argument("what", required=False, type=click.Choice(["planners", "envs", "metrics"]))
+@_command("list", "listing:list_", "list planners, environments, metrics and robots")
+@click.argument(
+    "what", required=False, type=click.Choice(["planners", "envs", "metrics", "robots"])
+)
 @click.option("--json", is_flag=True, help="as JSON, with all that is known of each")
 @_planner_file
 def list_() -> None:
-    """Lists what is registered."""
+    """Lists what is registered; without an argument planners and environments."""
 
 
 @_command("test-planner", "commands:test_planner", "check that a planner keeps to the contract")

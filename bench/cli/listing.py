@@ -1,4 +1,5 @@
-"""`bench list`: what is registered. Nothing numerical is imported for planners and environments."""
+"""`bench list`: what is registered. Nothing numerical is imported for planners, environments and
+robots."""
 
 from __future__ import annotations
 
@@ -9,13 +10,14 @@ from typing import Any
 import envs
 import planners
 from bench.cli.terminal import tell
-from envs.errors import printable
+from envs.errors import printable, tell_once
 from envs.registry import Registry
+from envs.robots.robot_description import RobotDescription
 
 
 def list_(chosen: SimpleNamespace) -> int:
     """`bench list`."""
-    listed = _metrics() if chosen.what == "metrics" else _registered(chosen.what)
+    listed = _LISTS[chosen.what]() if chosen.what in _LISTS else _registered(chosen.what)
     if chosen.json:
         tell(json.dumps(listed, indent=2))
         return 0
@@ -42,6 +44,40 @@ def _metrics() -> dict[str, list[dict[str, Any]]]:
             for metric in known
         ]
     }
+
+
+def _robots() -> dict[str, list[dict[str, Any]]]:
+    from envs.robots.named_robots import known_robots
+
+    robots = known_robots()
+    for origin, missing in {robot.origin: robot.missing for robot in robots}.items():
+        if missing:
+            tell_once(f"{origin} is not installed; to have its robots: {missing}")
+    return {
+        "robots": [
+            {
+                "id": robot.name,
+                "description": _in_words(robot),
+                "origin": robot.origin,
+                "dof": robot.dof or None,
+                "installed": not robot.missing,
+                "urdf": str(robot.urdf),
+                "srdf": str(robot.srdf) if robot.srdf else None,
+                **{key: getattr(robot, key) for key in ("group", "tip", "joints", "state")},
+            }
+            for robot in robots
+        ]
+    }
+
+
+def _in_words(robot: RobotDescription) -> str:
+    joints = f"{robot.dof} joints" if robot.dof else ""
+    said = filter(None, (robot.description, joints, robot.origin))
+    return ", ".join(said) if not robot.missing else f"{', '.join(said)} (not installed)"
+
+
+_LISTS = {"metrics": _metrics, "robots": _robots}
+"""What is in no registry."""
 
 
 def _registered(what: str | None) -> dict[str, list[dict[str, Any]]]:

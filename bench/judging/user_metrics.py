@@ -6,11 +6,10 @@ begun looks afterwards whether they have changed this program (`bench.execution.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 from bench.judging import METRIC_GROUP, metrics
@@ -18,9 +17,8 @@ from bench.judging.metric import Metric
 from bench.storage.record import COLUMNS
 from envs import InputError
 from envs.errors import reason
+from envs.registry.plugins import announced, entry_points
 from envs.registry.spec import digest, is_file, module_of
-
-logger = logging.getLogger(__name__)
 
 
 @contextmanager
@@ -59,18 +57,13 @@ def metrics_of_file(file: Path) -> list[Metric]:
 
 def _of_packages() -> list[Metric]:
     """A broken one is named in a warning."""
-    found = (_announced(point) for point in entry_points(group=METRIC_GROUP))
-    return [metric for metric in found if metric is not None]
+    return list(announced("metric", entry_points(METRIC_GROUP), _announced_metric))
 
 
-def _announced(point: EntryPoint) -> Metric | None:
-    try:
-        metric = point.load()
-        if not isinstance(metric, Metric):
-            raise TypeError(f"{point.value} is a {type(metric).__name__}, not a Metric")
-    except (Exception, SystemExit) as error:  # noqa: BLE001  may fail in any way
-        logger.warning("metric plug-in %r is skipped: %s", point.name, reason(error))
-        return None
+def _announced_metric(point: EntryPoint) -> Metric:
+    metric = point.load()
+    if not isinstance(metric, Metric):
+        raise TypeError(f"{point.value} is a {type(metric).__name__}, not a Metric")
     if point.dist is None:
         return replace(metric, origin=point.value)
     version = metric.version or point.dist.version

@@ -14,10 +14,10 @@ from __future__ import annotations
 import inspect
 import logging
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from envs.errors import InputError, reason
 from envs.registry.arguments import typed_arguments
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
 
 _SAID = {
     "id": str,
@@ -39,6 +41,41 @@ _SAID = {
 """Fields of a spec that a class in a file may set, and their types."""
 
 _VERSION_DIGITS = 7  # hexadecimal, of the file's digest
+
+
+def entry_points(group: str) -> Iterable[EntryPoint]:
+    """Where packages say what they announce under the name of a group."""
+    from importlib import metadata  # not for help and version
+
+    return metadata.entry_points(group=group)
+
+
+def announced(
+    kind: str, points: Iterable[EntryPoint], read: Callable[[EntryPoint], T]
+) -> Iterator[T]:
+    """What is read at each point. A broken one is named in a warning and left out.
+
+    Args:
+        kind: what packages announce, for messages ("planner").
+        points: see `entry_points`.
+        read: may fail in any way, as it runs what strangers wrote.
+    """
+    for point in points:
+        try:
+            found = read(point)
+        except (Exception, SystemExit) as error:  # noqa: BLE001, PERF203
+            _skip(kind, repr(point.name), error)
+        else:
+            yield found
+
+
+def origin_of(point: EntryPoint) -> str:
+    """The distribution that an entry point is of."""
+    return point.dist.name if point.dist else point.value
+
+
+def _skip(kind: str, what: str, error: BaseException) -> None:
+    logger.warning("%s plug-in %s is skipped: %s", kind, what, reason(error))
 
 
 class PlugIns:
@@ -62,28 +99,22 @@ class PlugIns:
 
     def of_packages(self) -> list[Spec]:
         """The specs that installed packages announce. A broken one is named in a warning."""
-        return list(filter(None, map(self._announced, self.points())))
+        return list(announced(self.kind, self.points(), self._spec))
 
     def points(self) -> Iterable[EntryPoint]:
         """Where packages say what they announce."""
-        from importlib.metadata import entry_points  # not for help and version
+        return entry_points(self.group)
 
-        return entry_points(group=self.group)
-
-    def _announced(self, point: EntryPoint) -> Spec | None:
-        try:
-            spec = point.load()
-            if not isinstance(spec, Spec):
-                raise TypeError(f"{point.value} is a {type(spec).__name__}, not a Spec")
-            check_form(self.kind, spec)
-        except (Exception, SystemExit) as error:  # noqa: BLE001  may fail in any way
-            self.skip(repr(point.name), error)
-            return None
-        return replace(spec, origin=point.dist.name if point.dist else point.value)
+    def _spec(self, point: EntryPoint) -> Spec:
+        spec = point.load()
+        if not isinstance(spec, Spec):
+            raise TypeError(f"{point.value} is a {type(spec).__name__}, not a Spec")
+        check_form(self.kind, spec)
+        return replace(spec, origin=origin_of(point))
 
     def skip(self, what: str, error: BaseException) -> None:
         """Warns that something is left out, and why."""
-        logger.warning("%s plug-in %s is skipped: %s", self.kind, what, reason(error))
+        _skip(self.kind, what, error)
 
     def of_file(self, file: Path) -> list[Spec]:
         """A spec for each public subclass of `base` that a file of Python defines, in its order.

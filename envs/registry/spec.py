@@ -110,8 +110,13 @@ def check_form(kind: str, spec: Spec) -> None:
         if not isinstance(value, wanted):
             raise TypeError(f"{name} is {brief(value)}, not a {wanted.__name__}")
     for name in (spec.id, *spec.aliases):
-        if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9_.*+-]+", name):
-            raise InputError(f"{brief(name)} is not a well-formed {kind} name")
+        check_name(kind, name)
+
+
+def check_name(kind: str, name: object) -> None:
+    """Raises InputError unless a name of something of a kind ("planner") is well formed."""
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9_.*+-]+", name):
+        raise InputError(f"{brief(name)} is not a well-formed {kind} name")
 
 
 def load_class(entry_point: str) -> type:

@@ -16,8 +16,7 @@ _NEEDED = {
     "disable_collisions": ("link1", "link2"),
     "enable_collisions": ("link1", "link2"),
     "disable_default_collisions": ("link",),
-    "group_state": ("name", "group"),
-    **dict.fromkeys(("group", "link", "joint", "virtual_joint"), ("name",)),
+    **dict.fromkeys(("group", "group_state", "link", "joint", "virtual_joint"), ("name",)),
 }
 """Attributes that elements must have."""
 
@@ -112,7 +111,8 @@ _NAMED = 5
 
 
 def read_srdf(file: Path) -> Srdf:
-    """Reads an SRDF file. Passive joints and end effectors are not used.
+    """Reads an SRDF file. Passive joints, end effectors, and what states say of where the base is,
+    are not used.
 
     Raises:
         InputError: there is no such file, or it is no SRDF.
@@ -162,8 +162,10 @@ def _pairs(root: Any, tag: str) -> frozenset[frozenset[str]]:
 
 
 def _values(state: Any) -> dict[str, float]:
+    """Of joints of one coordinate: those that place the base in the world have three or seven."""
     texts = {joint.get("name"): joint.get("value", "") for joint in state.findall("joint")}
     try:
-        return {name: numbers_of("value", text)[0] for name, text in texts.items()}
+        found = {name: numbers_of("value", text, (1, 3, 7)) for name, text in texts.items()}
     except InputError as error:
         raise InputError(f"state {state.get('name')!r}: {error}") from error
+    return {name: numbers[0] for name, numbers in found.items() if len(numbers) == 1}

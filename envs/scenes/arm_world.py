@@ -272,24 +272,36 @@ class ArmWorld(Environment):
             for some in range(0, 1024, _AT_A_TIME):
                 a, b = start[some : some + _AT_A_TIME], goal[some : some + _AT_A_TIME]
                 keep = self.space.distance(a, b) >= self.min_separation
-                keep[keep] &= self._may_be_end(a[keep])
-                none = 0 if keep.any() else none
-                keep[keep] &= self._may_be_end(b[keep])
-                fruitless = 0 if keep.any() else fruitless
-                yield from zip(a[keep], b[keep], strict=True)
+                keep[keep] &= self._are_clear(a[keep])
+                none = 0 if any(map(self._is_outside, a[keep])) else none
+                keep[keep] &= self._are_clear(b[keep])
+                for ends in zip(a[keep], b[keep], strict=True):
+                    if all(map(self._is_outside, ends)):
+                        fruitless = 0
+                        yield ends
 
     def _may_be_end(self, q: Array) -> NDArray[np.bool_]:
+        """Whether configurations (n, d) may be ends of problems."""
+        keep = self._are_clear(q)
+        keep[keep] = [self._is_outside(one) for one in q[keep]]
+        return keep
+
+    def _are_clear(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, d) keep the clearance that problems' ends do."""
         keep = arm_clearance.clearances(self._unpaired, self.scene, q) >= self.min_clearance
         keep[keep] &= self.robot.links_keep(self.kept, q[keep])
-        if self.allowed is not None:
-            keep[keep] &= self.allowed(q[keep])
         return keep
+
+    def _is_outside(self, q: Array) -> bool:
+        """Whether nothing is wholly within a mesh, at a configuration (d,). Asked one by one, as
+        far as it is needed: it may take a millisecond."""
+        return self.allowed is None or bool(self.allowed(q[None])[0])
 
     @cached_property
     def _unpaired(self) -> RobotArrays:
         """The arm whose links may touch each other."""
-        return self.robot.arrays._replace(pairs=np.zeros_like(self.robot.arrays.pairs))
+        arrays = self.robot.arrays
+        return arrays._replace(pairs=np.zeros_like(arrays.pairs), branches=arrays.branches[:0])
 
     def definition(self) -> dict[str, Any]:
         model, tree = self.speed_model, self.robot.tree

@@ -11,7 +11,9 @@ from envs.collision.shapes import Box, Cylinder, PlacedShape
 from envs.errors import InputError
 from envs.problem import Array
 from envs.robots.arm import Arm
+from envs.robots.named_robots import robot_named
 from envs.robots.planning_group import PlanningGroup
+from envs.robots.robot_description import RobotDescription
 from envs.robots.srdf import Srdf, read_srdf
 from envs.robots.urdf import read_urdf
 from envs.robots.urdf_elements import numbers_of
@@ -45,13 +47,15 @@ class ShippedArm(ArmWorld):
 
 
 class UserArm(ArmWorld):
-    """A robot from a URDF file among the solids of a scene file.
+    """A robot from a URDF file, or one that has a name, among the solids of a scene file.
 
     At most one of `group`, `tip` and `joints` says which joints move: by default all that mimic no
     other. Their order is that of the robot's tree.
 
     Args:
-        urdf: the robot, see `envs.robots.urdf.read_urdf`.
+        urdf: the robot, see `envs.robots.urdf.read_urdf`; or
+        robot: its name, see `envs.robots.named_robots`. It has an `srdf`, a `state`, and a `group`,
+            `tip` or `joints` of its own, each of which counts where nothing else is said.
         scene: a YAML file, see `envs.scenes.scene_file.read_scene`; without one, nothing is about.
         self_collision: whether links that are not neighbours must not touch each other.
         srdf: the robot's SRDF file, with groups, states and links that may touch.
@@ -79,15 +83,32 @@ class UserArm(ArmWorld):
         state: str = "",
         pose: tuple[str, ...] = (),
         geometry: str = "collision",
+        robot: str = "",
     ) -> None:
-        if not urdf:
-            raise InputError("arm: urdf=FILE is needed, and scene=FILE.yaml with the obstacles")
-        semantics = read_srdf(Path(srdf)) if srdf else Srdf()
-        planned = PlanningGroup(semantics, group, tip, joints, state, dict(map(_value_of, pose)))
-        tree, parts = read_urdf(Path(urdf), planned, geometry)
+        named = _description(urdf, robot)
+        if not (group or tip or joints):
+            group, tip, joints = named.group, named.tip, named.joints
+        file = Path(srdf) if srdf else named.srdf
+        semantics = read_srdf(file) if file else Srdf()
+        values = dict(map(_value_of, pose))
+        planned = PlanningGroup(semantics, group, tip, joints, state or named.state, values)
+        tree, parts = read_urdf(named.urdf, planned, geometry)
         allowed = semantics.allowed([link.name for link in tree.links])
         obstacles = read_scene(Path(scene)) if scene else []
         super().__init__(Arm(tree, parts, self_collision, allowed), obstacles, "arm")
+
+
+def _description(urdf: str, robot: str) -> RobotDescription:
+    """Of the robot that a file or a name stands for; that of a file has nothing of its own."""
+    if urdf and robot:
+        raise InputError("arm: urdf and robot both say which robot; give one of them")
+    if robot:
+        return robot_named(robot)
+    if not urdf:
+        raise InputError(
+            "arm: urdf=FILE or robot=NAME is needed, and scene=FILE.yaml with the obstacles"
+        )
+    return RobotDescription(urdf, Path(urdf))
 
 
 def _value_of(text: str) -> tuple[str, float]:

@@ -93,8 +93,8 @@ def test_a_table_with_no_blocked_line_has_too_few_problems(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("arm", "urdf=FILE is needed"),
-        ("arm:scene=x.yaml", "urdf=FILE is needed"),
+        ("arm", "urdf=FILE or robot=NAME is needed"),
+        ("arm:scene=x.yaml", "urdf=FILE or robot=NAME is needed"),
         ("arm:urdf=FOLDER/none.urdf", "none.urdf: no such file"),
         ("arm:urdf=FOLDER/arm.urdf,scene=FOLDER/none.yaml", "none.yaml: no such file"),
         ("arm:urdf=FOLDER/arm.urdf,scene=FOLDER", "no such file"),
