@@ -63,7 +63,10 @@ def _robots() -> dict[str, list[dict[str, Any]]]:
                 "installed": not robot.missing,
                 "urdf": str(robot.urdf),
                 "srdf": str(robot.srdf) if robot.srdf else None,
-                **{key: getattr(robot, key) for key in ("group", "tip", "joints", "state")},
+                "group": robot.group,
+                "tip": robot.tip,
+                "joints": robot.joints,
+                "state": robot.state,
             }
             for robot in robots
         ]

@@ -115,16 +115,13 @@ class CollisionModel:
         )
         return not touches and self._on_the_right_side(q)
 
-    def clearance(self, q: Array) -> float:
+    def clearance(self, q: Array, most: float = np.inf) -> float:
         """The distance from robot to obstacles at a configuration (d,), in workspace units, or
-        between shapes of the robot that must not touch each other, if that is less.
+        between shapes of the robot that must not touch each other, if that is less; or `most`, if
+        that is less.
 
         Negative where they touch; its size then means nothing.
         """
-        return self._clearance(q, np.inf)
-
-    def _clearance(self, q: Array, most: float) -> float:
-        """The same, or `most` where it is more."""
         self.checks += 1
         self._place(q)
         bounds = self._bounds(q, most)
@@ -141,10 +138,11 @@ class CollisionModel:
         See `continuous.segment_is_free`, to `self.tolerance`.
         """
         bound = self.robot.motion_bound(a, b)
-        enough = bound + self.tolerance  # to prove all of the motion at once
+        # More than proves all of the motion at once, and than the tolerance.
+        enough = bound + 2 * self.tolerance
 
         def clearance(q: Array) -> float:
-            return self._clearance(q, enough)
+            return self.clearance(q, enough)
 
         return continuous.segment_is_free(clearance, a, b, bound, self.tolerance, self._between)
 

@@ -57,9 +57,9 @@ def test_it_counts_the_collision_checks_that_it_makes(
     asked: list[object] = []
 
     def counted(real: Callable[..., Any]) -> Callable[..., Any]:
-        def ask(model: CollisionModel, q: object) -> Any:
+        def ask(model: CollisionModel, q: object, *most: float) -> Any:
             asked.append(q)
-            return real(model, q)
+            return real(model, q, *most)
 
         return ask
 
