@@ -14,12 +14,12 @@ import coal
 import numpy as np
 import pytest
 from bad_urdfs import LIMIT, collision, joint, link, robot
-from bench.report.arm_scene import draw
 from scipy.spatial.transform import Rotation
 
 import envs
 import planners
 from bench.judging.judge import Judge
+from bench.report.scene import draw
 from bench.storage.record import Verdict
 from envs import Environment, InputError, Problem
 from envs.collision.separation import separations, shapes_of
@@ -151,6 +151,7 @@ def test_it_is_read_judged_planned_among_and_drawn(lozenge: Any, tmp_path: Path)
     assert (tmp_path / "arm.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_its_distances_are_those_of_coals_swept_box(lozenge: Any) -> None:
     rng = np.random.default_rng(0)
     box = coal.Box(0.3, 0.2, 0.1)

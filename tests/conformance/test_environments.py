@@ -39,8 +39,8 @@ obstacles:
     rpy: [0.3, 0.2, 0.1]
 """
 
-LARGE = ("bunny", "gibson-generated")
-"""Whose meshes take seconds."""
+LARGE = ("bunny", "gibson-generated", "omplapp", "rigid")
+"""Whose meshes or problems take seconds."""
 
 FIRST_IS_GIVEN = ("omplapp",)
 """Whose problem 0 is the same for all seeds."""

@@ -295,6 +295,7 @@ def test_arms_on_a_frame_without_solids_are_not_neighbours(folder: Path) -> None
     assert frozenset(("base", "l_upper")) not in found
 
 
+@pytest.mark.slow
 def test_two_arms_have_problems_and_keep_apart(folder: Path) -> None:
     env = made(folder, "group=both")
     assert len(env.robot.arrays.branches) > 4

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pytest
@@ -258,11 +260,12 @@ def test_checks_are_those_of_both_planners(
     problem = blocked(c3d)
     monkeypatch.setattr(Expander, "next", lambda self, current, *others: current)
     asked = []
+
+    def counted(real: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda model, q, *most: asked.append(q) or real(model, q, *most)
+
     for name in ("is_valid", "clearance"):
-        real = getattr(CollisionModel, name)
-        monkeypatch.setattr(
-            CollisionModel, name, lambda self, q, real=real: asked.append(q) or real(self, q)
-        )
+        monkeypatch.setattr(CollisionModel, name, counted(getattr(CollisionModel, name)))
     result = planner.solve(problem, Budget(perf_counter() + 5))
     assert result.stats.get("fallbacks") == 1
     assert result.stats.get("collision_checks") == (len(asked) if told else None)
