@@ -120,6 +120,7 @@ def test_a_part_of_a_rigid_body_meets_a_box(part: int) -> None:
     assert found.configuration == pytest.approx(lower + beside + [0, 0, 2.0 - 0.15], abs=NEAR)
 
 
+@pytest.mark.slow
 def test_a_body_within_a_mesh_touches_nothing(tmp_path: Path) -> None:
     trimesh.creation.box((6.0, 6.0, 6.0)).export(tmp_path / "block.ply")
     world = f"mesh,file={tmp_path / 'block.ply'}"

@@ -67,6 +67,7 @@ def blue_pixels(file: Path) -> int:
     return int((blue - red > 0.15).sum())
 
 
+@pytest.mark.slow
 def test_show_draws_it(cubes: Environment, bench: Cli, tmp_path: Path) -> None:
     file = tmp_path / "cubes.png"
     assert bench("show", "--env", "cubes", "--out", file) == (0, "", "")

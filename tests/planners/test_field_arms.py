@@ -46,7 +46,7 @@ def test_inputs_have_their_derivatives(world: ArmWorld) -> None:
     x = points(world, 400)
     rows = inputs.at(x)
     assert rows.shape == (400, 1 + world.dimension, inputs.size)
-    assert inputs.size == size_of_inputs(world.dimension)
+    assert inputs.size == size_of_inputs(world.robot.arrays) == (2 + 3 + 3) * world.dimension
     for axis in range(world.dimension):
         step = 1e-6 * np.eye(world.dimension)[axis]
         slope = (inputs.at(x + step)[:, 0] - inputs.at(x - step)[:, 0]) / 2e-6
