@@ -50,7 +50,7 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Waypoints (k, d), k >= 2, joined by straight segments in configuration space."""
+    """Waypoints (k, d), k >= 2, joined by the shortest ways of the environment's space."""
 
     waypoints: Array
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from envs.collision.shapes.sized import SizedSolid
+from envs.collision.shapes.sized import Rod
 from envs.collision.shapes.solid import BOX, Spheres, countable, make_row
 from envs.problem import Array
 
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Capsule(SizedSolid):
+class Capsule(Rod):
     """A solid cylinder along the z axis of the frame it is placed in, its middle at the origin,
     with half a ball on either end.
 
@@ -27,20 +26,6 @@ class Capsule(SizedSolid):
     """
 
     kind: ClassVar[str] = "capsule"
-    sizes: ClassVar[Mapping[str, int]] = {"radius": 1, "length": 1}
-
-    radius: float
-    length: float
-
-    def __post_init__(self) -> None:
-        if not (self.radius > 0 and self.length > 0 and np.isfinite(self.radius + self.length)):
-            raise ValueError(
-                "a capsule's radius and length must be finite and positive, not "
-                f"{self.radius} and {self.length}"
-            )
-
-    def definition(self) -> list[Any]:
-        return [self.kind, self.radius, self.length]
 
     def bounding_sphere(self) -> tuple[Array, float]:
         return np.zeros(3), self.radius + self.length / 2

@@ -76,10 +76,13 @@ class Sphere(SizedSolid):
 
 
 @dataclass(frozen=True)
-class Cylinder(SizedSolid):
-    """A solid cylinder along the z axis of the frame it is placed in, its middle at the origin."""
+class Rod(SizedSolid):
+    """A solid that is round about the z axis of the frame it is placed in, of a length along it.
 
-    kind: ClassVar[str] = "cylinder"
+    Raises:
+        ValueError: radius or length is not finite and positive.
+    """
+
     sizes: ClassVar[Mapping[str, int]] = {"radius": 1, "length": 1}
 
     radius: float
@@ -88,12 +91,19 @@ class Cylinder(SizedSolid):
     def __post_init__(self) -> None:
         if not (self.radius > 0 and self.length > 0 and np.isfinite(self.radius + self.length)):
             raise ValueError(
-                "a cylinder's radius and length must be finite and positive, not "
+                f"a {self.kind}'s radius and length must be finite and positive, not "
                 f"{self.radius} and {self.length}"
             )
 
     def definition(self) -> list[Any]:
         return [self.kind, self.radius, self.length]
+
+
+@dataclass(frozen=True)
+class Cylinder(Rod):
+    """A solid cylinder along the z axis of the frame it is placed in, its middle at the origin."""
+
+    kind: ClassVar[str] = "cylinder"
 
     def bounding_sphere(self) -> tuple[Array, float]:
         return np.zeros(3), float(np.hypot(self.radius, self.length / 2))
