@@ -101,4 +101,4 @@ def within(arm: Arm) -> RobotArrays:
         for kind in SIZED.values():
             patch.setattr(kind, "sphere_cover", spheres_within)
         arrays = Arm(arm.tree, arm.parts, arm.self_collision).arrays
-    return arrays._replace(pairs=arm.arrays.pairs)
+    return arrays._replace(branches=arm.arrays.branches)

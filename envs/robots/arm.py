@@ -54,9 +54,9 @@ class RobotArrays(NamedTuple):
         first_balls: (p + 1,) where each part's begin.
         extents: (p,) radii of spheres about `middles` that hold a part's balls.
         shapes: the parts in their bodies' frames.
-        pairs: (p, p) of bool, which parts must not touch each other.
-        branches: (k, 3) the same, each once, with the body on which the two branch: that of the
-            other where the one is farther out on the same branch. The first has the greater body.
+        branches: (k, 3) pairs of parts that must not touch each other, each once, with the body on
+            which the two branch: that of the other where the one is farther out on the same branch.
+            The first has the greater body.
         moving: the number of parts that move; they come first.
     """
 
@@ -71,7 +71,6 @@ class RobotArrays(NamedTuple):
     first_balls: NDArray[np.int64]
     extents: Array
     shapes: Shapes
-    pairs: NDArray[np.bool_]
     branches: NDArray[np.int64]
     moving: int
 
@@ -241,7 +240,6 @@ class Arm:
             first_balls,
             np.maximum.reduceat(outward, first_balls[:-1]),
             self._shapes,
-            self.link_pairs.checked,
             self._branches(bodies),
             int((bodies > 0).sum()),
         )

@@ -60,7 +60,7 @@ def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any, most: float) 
     balls = np.empty((len(arm.balls), 3))
     clearances[:] = most
     _from_obstacles(arm, scene, bodies, balls, clearances)
-    if arm.pairs.any():
+    if len(arm.branches) > 0:
         _against_itself(arm, bodies, balls, clearances)
     least: float = clearances.min()
     return least
@@ -150,7 +150,7 @@ def _distance_of_spheres(arm: Any, balls: Any, part: int, other: int, rows: Any)
 
 @njit_cached
 def _clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> None:
-    if arm.pairs.any():
+    if len(arm.branches) > 0:
         parts = np.empty(arm.moving)
         for n in range(len(q)):
             clearances[n] = part_clearances(arm, scene, q[n], parts, np.inf)

@@ -301,7 +301,7 @@ class ArmWorld(Environment):
     def _unpaired(self) -> RobotArrays:
         """The arm whose links may touch each other."""
         arrays = self.robot.arrays
-        return arrays._replace(pairs=np.zeros_like(arrays.pairs), branches=arrays.branches[:0])
+        return arrays._replace(branches=arrays.branches[:0])
 
     def definition(self) -> dict[str, Any]:
         model, tree = self.speed_model, self.robot.tree
