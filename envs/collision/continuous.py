@@ -205,8 +205,8 @@ class _Search:
         return min(self._least, lowest + self._tolerance)
 
     def _at(self, q: Array, reach: float) -> float:
-        """The clearance at a configuration (d,), as far as it matters to what is within `reach`: that
-        is all above the floor if the clearance is by as much."""
+        """The clearance at a configuration (d,), as far as it matters to what is within `reach`,
+        which is all above the floor if the clearance is by as much."""
         if self._left <= 0:
             raise UndecidedError
         self._left -= 1

@@ -102,7 +102,7 @@ class CollisionModel:
         self._others: list[list[int]] = [[] for _ in range(robot.moving)]
         for a, b in robot.pairs:  # each pair is asked of one of the two, which moves
             self._others[a].append(b)
-        self._pairs = np.array(sorted(robot.pairs), dtype=np.int64).reshape(-1, 2)
+        self._pairs = np.array(robot.pairs, dtype=np.int64).reshape(-1, 2)
         self._asks_boxes_alone = not (len(self._around.rows) or len(self._pairs))
         self._prover = prover
 

@@ -141,42 +141,59 @@ def clearances_of_each(
     Args:
         shapes: the robot's, whose frames are at `poses` (p, 3, 4).
         around: those that stand still.
-        pairs: (k, 2), sorted; each counts for the first of the two, which moves.
+        pairs: (k, 2); each counts for the first of the two, which moves.
 
     Returns:
         Whether it is known as well that nothing is within another.
     """
     rows, still = np.empty((len(shapes.rows), ROW)), np.eye(3, 4)
-    found[:] = most
     for part in range(len(rows)):
         moved(shapes.rows[part], poses[part], rows[part])
+    found[:] = most
+    each, gaps = _near_pairs(rows, around.rows, pairs, len(found), most)
     least, known = most, True
-    end = len(pairs)
-    for part in range(
-        len(found) - 1, -1, -1
-    ):  # those farther out first, which are nearer to things
-        here = min(most, max(least, near))
-        for j in range(len(around.rows)):
-            if are_beyond(rows[part], around.rows[j], here):
-                continue
-            apart, is_known = separated(
-                shapes, part, rows[part], poses[part], around, j, around.rows[j], still, here
-            )
-            here, known = min(here, apart), known and is_known
-        while end > 0 and pairs[end - 1, 0] == part:
-            end -= 1
-            j = pairs[end, 1]
-            if are_beyond(rows[part], rows[j], here):
-                continue
+    for n in np.argsort(gaps):  # the nearest first, which spare most others
+        if gaps[n] >= max(least, near) or least <= 0.0:
+            break
+        part, j = each[n, 0], each[n, 1]
+        here = min(found[part], max(least, near))
+        if j < len(rows):
             apart, is_known = separated(
                 shapes, part, rows[part], poses[part], shapes, j, rows[j], poses[j], here
             )
-            here, known = min(here, apart), known and is_known
-        found[part] = here
-        least = min(least, here)
-        if least <= 0.0:  # which the others do not change
-            break
+        else:
+            j -= len(rows)
+            apart, is_known = separated(
+                shapes, part, rows[part], poses[part], around, j, around.rows[j], still, here
+            )
+        found[part], known = min(found[part], apart), known and is_known
+        least = min(least, apart)
     return known
+
+
+@njit_cached
+def _near_pairs(rows: Any, around: Any, pairs: Any, moving: int, most: float) -> tuple[Any, Any]:
+    """The pairs (k, 2) of shapes, the first of which moves, whose spheres are less than `most`
+    apart, and how far these are (k,). Those that stand still count from the number of rows on."""
+    count = len(pairs) + moving * len(around)
+    each, gaps, n = np.empty((count, 2), dtype=np.int64), np.empty(count), 0
+    for pair in pairs:
+        each[n, 0], each[n, 1] = pair[0], pair[1]
+        gaps[n] = _gap(rows[pair[0]], rows[pair[1]])
+        n += gaps[n] < most
+    for part in range(moving):
+        for j in range(len(around)):
+            each[n, 0], each[n, 1] = part, len(rows) + j
+            gaps[n] = _gap(rows[part], around[j])
+            n += gaps[n] < most
+    return each[:n], gaps[:n]
+
+
+@njit_hot
+def _gap(row: Any, other: Any) -> float:
+    """Between the spheres that hold two shapes."""
+    x, y, z = row[9] - other[9], row[10] - other[10], row[11] - other[11]
+    return math.sqrt(x * x + y * y + z * z) - float(row[15]) - float(other[15])
 
 
 @njit_hot
