@@ -66,6 +66,7 @@ class Environment(ABC):
         trace_label: str, what pictures call the points that `Robot.trace` follows.
         allowed_apart: bool, whether `allowed` forbids nothing but that things are within others,
             so that it need not be asked where they are known not to be.
+        scenes_differ: bool, whether problems have scenes of their own, see `scene_of`.
 
     Example:
         >>> import envs
@@ -87,6 +88,22 @@ class Environment(ABC):
     units: Mapping[str, str] = MappingProxyType({"configuration": "units", "workspace": "units"})
     trace_label: str = "middle of the robot"
     allowed_apart: bool = False
+    scenes_differ: bool = False
+
+    def scene_of(self, problem: Problem) -> Environment:
+        """The environment in which a problem lives, by default this one.
+
+        Where scenes differ from problem to problem (`scenes_differ`), paths are planned, judged and
+        drawn in that of their problem, whose robot and space are those of this environment. Two
+        problems with the same scene get the same object, as long as they are asked for in a row.
+
+        Args:
+            problem: `Problem`, of this environment.
+
+        Returns:
+            `Environment`.
+        """
+        return self
 
     @property
     def velocity_limits(self) -> Array | None:
