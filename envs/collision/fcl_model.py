@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from itertools import compress, pairwise, starmap
 from operator import not_
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import fcl
 import numpy as np
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from envs.collision import continuous
 from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
-from envs.collision.separation import clearances_of_each, shapes_of
+from envs.collision.separation import Shapes, clearances_of_each, shapes_of
 from envs.collision.shapes import POINT, Obstacle, Robot
 from envs.problem import Array
 from envs.spaces import Space
@@ -86,13 +87,13 @@ class CollisionModel:
         self._space = space
         self._between = continuous.straight if space is None else space.between
         self.checks = 0
-        self._bodies = [fcl.CollisionObject(shape.fcl_geometry()) for shape in robot.shapes]
+        solids, self._shapes = _looked_up(robot)
+        self._bodies = [fcl.CollisionObject(solid) for solid in solids]
         self._offsets = [shape.offset for shape in robot.shapes]
         self._allowed = allowed
         self._allowed_apart = allowed_apart
         self._obstacles = [_placed(obstacle) for obstacle in obstacles]
         self._manager = _manager(self._obstacles)
-        self._shapes = shapes_of(robot.shapes)
         self._is_ball = self._shapes.rows[:, 16] == POINT  # whose rotation does not matter
         by_fcl = [o.exact_in_fcl and bool(self._is_ball.all()) for o in obstacles]
         boxes = list(compress(self._obstacles, by_fcl))
@@ -263,6 +264,17 @@ class CollisionModel:
             else:
                 body.setTransform(_transform(pose[:, :3], pose[:, 3], offset))
         return body
+
+
+_KNOWN: WeakKeyDictionary[Robot, tuple[list[fcl.CollisionGeometry], Shapes]] = WeakKeyDictionary()
+
+
+def _looked_up(robot: Robot) -> tuple[list[fcl.CollisionGeometry], Shapes]:
+    """A robot's shapes as FCL has them and as compiled code does, made once for as long as there is
+    the robot: scenes of problem sets share one, and its meshes take long."""
+    if robot not in _KNOWN:
+        _KNOWN[robot] = [shape.fcl_geometry() for shape in robot.shapes], shapes_of(robot.shapes)
+    return _KNOWN[robot]
 
 
 def _manager(objects: Sequence[Any]) -> Any:

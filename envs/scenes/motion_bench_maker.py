@@ -178,14 +178,19 @@ class _Files:
             raise InputError(f"{self.name}: request{number:04d}.yaml: {error}") from error
 
     @cached_property
+    def _first(self) -> tuple[str, tuple[tuple[str, float], ...]]:
+        """The group of the first request, and where its joints start."""
+        first = self.request(self.numbers[0])
+        return first.group, tuple(sorted(first.start.items()))
+
+    @cached_property
     def allowed(self) -> frozenset[frozenset[str]]:
         """By the first scene."""
         return self.scene(self.numbers[0]).allowed
 
     def arm(self, allowed: frozenset[frozenset[str]]) -> Arm:
         """The robot, whose links may touch as its own files and a scene allow."""
-        first = self.request(self.numbers[0])
-        return _arm(self._folder, first.group, tuple(sorted(first.start.items())), allowed)
+        return _arm(self._folder, *self._first, allowed)
 
     def ends(self, number: int) -> tuple[Array, Array]:
         """Start and goal of a request, (d,) each, which may be beyond the joints' limits."""
