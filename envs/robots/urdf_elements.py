@@ -20,6 +20,7 @@ _READ = {
     "link": ("collision", "visual"),
     "collision": ("origin", "geometry"),
     "visual": ("origin", "geometry"),
+    "mesh": ("drake:declare_convex",),
     "joint": ("parent", "child", "origin", "axis", "limit", "mimic", "safety_controller"),
 }
 """Elements that are read, by the one that they are in; of a geometry, all."""
