@@ -73,6 +73,7 @@ class ArmWorld(Environment):
         arm: the robot.
         obstacles: solids; the base may touch them.
         kind: names the random streams of the problems, with `seeds`.
+        names: of the obstacles, "" of those that have none; by default none has.
 
     Attributes:
         min_clearance: least clearance of a problem's start and goal, in metres; of links from each
@@ -88,7 +89,12 @@ class ArmWorld(Environment):
     trace_label = "tip of the tool"
 
     def __init__(
-        self, arm: Arm, obstacles: Sequence[PlacedShape], kind: str, seeds: tuple[int, ...] = ()
+        self,
+        arm: Arm,
+        obstacles: Sequence[PlacedShape],
+        kind: str,
+        seeds: tuple[int, ...] = (),
+        names: Sequence[str] = (),
     ) -> None:
         self.robot: Arm = arm
         self.obstacles: Sequence[PlacedShape] = list(obstacles)
@@ -96,6 +102,7 @@ class ArmWorld(Environment):
         self.speed_model = SpeedModel(d_min=_D_MAX / 15, d_max=_D_MAX, contact=_CONTACT)
         self._kind = kind
         self._seeds = seeds
+        self._names = names or [""] * len(obstacles)
         self._last_made: tuple[tuple[int, int] | None, _Made] = (None, _Made())
 
     @property
@@ -115,6 +122,13 @@ class ArmWorld(Environment):
     @property
     def shape_names(self) -> Sequence[str]:
         return [f"link {name!r}" for name in self.robot.links]
+
+    @property
+    def obstacle_names(self) -> Sequence[str]:
+        """Those that they have, else their kinds and numbers."""
+        others = super().obstacle_names
+        both = zip(self._names, others, strict=True)
+        return [f"obstacle {name!r}" if name else other for name, other in both]
 
     @cached_property
     def scene(self) -> SceneArrays:

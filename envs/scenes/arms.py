@@ -18,7 +18,7 @@ from envs.robots.srdf import Srdf, read_srdf
 from envs.robots.urdf import read_urdf
 from envs.robots.urdf_elements import numbers_of
 from envs.scenes.arm_world import ArmWorld
-from envs.scenes.scene_file import read_scene
+from envs.scenes.scene_file import Scene, read_scene
 from envs.seeding import stream
 
 _MODELS = Path(__file__).parents[1] / "robots" / "models"
@@ -93,9 +93,24 @@ class UserArm(ArmWorld):
         values = dict(map(_value_of, pose))
         planned = PlanningGroup(semantics, group, tip, joints, state or named.state, values)
         tree, parts = read_urdf(named.urdf, planned, geometry)
-        allowed = semantics.allowed([link.name for link in tree.links])
-        obstacles = read_scene(Path(scene)) if scene else []
-        super().__init__(Arm(tree, parts, self_collision, allowed), obstacles, "arm")
+        links = [link.name for link in tree.links]
+        about = read_scene(Path(scene)) if scene else Scene(Path())
+        about.check_names(links)
+        allowed = semantics.allowed(links) | about.allowed_links(links)
+        arm = Arm(tree, parts, self_collision, allowed)
+        _refuse_contacts(arm, about)
+        super().__init__(arm, about.obstacles, "arm", names=about.names)
+
+
+def _refuse_contacts(arm: Arm, scene: Scene) -> None:
+    """Links that move are checked against all obstacles."""
+    allowed = np.argwhere(scene.allowed_contacts(arm.links[: arm.moving]))
+    for part, obstacle in allowed:
+        pair = f"link {arm.links[part]!r} and obstacle {scene.names[obstacle]!r}"
+        raise InputError(
+            f"{scene.file}: allowed_collisions: {pair} may not be allowed to touch yet; leave them "
+            "out, and move the obstacle away"
+        )
 
 
 def _description(urdf: str, robot: str) -> RobotDescription:
