@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from envs.collision.gjk import at, compose
 from envs.collision.separation import Shapes, separations, shapes_of
-from envs.collision.shapes import PlacedShape, Pose, Solid
+from envs.collision.shapes import PlacedShape, Solid
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs, poses_of
@@ -176,10 +176,10 @@ class Arm:
         outward = np.linalg.norm(arrays.middles, axis=1) + arrays.extents
         return max(hops) + max(slides) + float(outward.max())
 
-    def poses(self, q: Array) -> tuple[Pose, ...]:
-        found = np.empty((len(self.parts), 3, 4))
-        _part_poses(self.arrays, q, found)
-        return tuple((pose[:, :3], pose[:, 3]) for pose in found)
+    def poses(self, q: Array) -> Array:
+        tree, arrays = self.tree.arrays, self.arrays
+        found: Array = _part_poses(tree, arrays.bodies, arrays.offsets, q)
+        return found
 
     def trace(self, q: Array) -> Array:
         """The tips of its tools, one for each branch; see `tip_and_stand`."""
@@ -300,11 +300,13 @@ def _off_axis(axis: Array, point: Array) -> float:
 
 
 @njit_cached
-def _part_poses(arm: Any, q: Any, poses: Any) -> None:
-    bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
-    body_poses(arm.tree, q, bodies)
-    for part in range(len(poses)):
-        compose(bodies[arm.bodies[part]], arm.offsets[part], poses[part])
+def _part_poses(tree: Any, bodies: Any, offsets: Any, q: Any) -> Any:
+    """The poses (p, 3, 4) of parts of bodies (p,), at offsets (p, 3, 4) from them."""
+    there, poses = np.empty((1 + len(tree.parents), 3, 4)), np.empty((len(bodies), 3, 4))
+    body_poses(tree, q, there)
+    for part in range(len(bodies)):
+        compose(there[bodies[part]], offsets[part], poses[part])
+    return poses
 
 
 @njit_cached

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs import connection
-from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
+from envs.collision.fcl_model import Allowed, CollisionModel, Prover
 from envs.collision.mesh import Containment
 from envs.collision.primitive_sdf import SceneArrays, scene_arrays
+from envs.collision.separation import shapes_of
 from envs.collision.shapes import PlacedShape, rounded
 from envs.environment import Environment, LinkGeometry
 from envs.errors import InputError
@@ -23,6 +24,7 @@ from envs.robots import arm_clearance, rrt_connect
 from envs.robots.allowed_collisions import FAR
 from envs.robots.arm import SLACK, Arm, RobotArrays
 from envs.robots.arm_crowding import causes
+from envs.robots.motion_proof import prove
 from envs.robots.tip_and_stand import stand
 from envs.seeding import derived_seed, stream
 from envs.spaces import Space
@@ -87,6 +89,7 @@ class ArmWorld(Environment):
     most_free_of_five = 5
     units = MappingProxyType({"configuration": "rad", "workspace": "m"})
     trace_label = "tip of the tool"
+    allowed_apart = True
 
     def __init__(
         self,
@@ -183,14 +186,14 @@ class ArmWorld(Environment):
         return containment if containment.possible else None
 
     @property
-    def lower_bounds(self) -> LowerBounds:
-        return self._part_clearances
+    def prover(self) -> Prover:
+        around = shapes_of(self.obstacles)
 
-    def _part_clearances(self, q: Array, most: float) -> Array:
-        found = np.empty(self.robot.moving)
-        q = np.array(q)  # may be read-only, for which Numba would compile all of it once more
-        arm_clearance.part_clearances(self.robot.arrays, self.scene, q, found, most)
-        return found
+        def proved(a: Array, b: Array, tolerance: float) -> tuple[float, bool]:
+            [(robot, (begin, end))] = self.robot.motions(np.array([a, b]))
+            return prove(robot, around, begin, end, tolerance)
+
+        return proved
 
     @cached_property
     def kept(self) -> Array:

@@ -12,7 +12,7 @@ from envs.collision.shapes.placed_shape import (
     PlacedShape,
     surface_points,
 )
-from envs.collision.shapes.robot import Pose, Robot
+from envs.collision.shapes.robot import Robot
 from envs.collision.shapes.sized import Box, Cylinder, SizedSolid, Sphere
 from envs.collision.shapes.solid import (
     BOX,
@@ -49,7 +49,6 @@ __all__ = [
     "Mesh",
     "Obstacle",
     "PlacedShape",
-    "Pose",
     "Robot",
     "SizedSolid",
     "Solid",

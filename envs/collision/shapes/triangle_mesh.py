@@ -93,9 +93,10 @@ class Mesh(Solid):
         return Spheres(centers, radii)
 
     def distance_row(self, pose: Array) -> Array:
-        """With but the centre and the radius of a sphere that holds it."""
+        """With but its axes, and the centre and the radius of a sphere that holds it."""
         center, radius = self.bounding_sphere()
         row = np.zeros(ROW)
+        row[:9] = pose[:3, :3].T.ravel()
         row[9:12] = pose[:3, :3] @ center + pose[:3, 3]
         row[15], row[16] = radius * (1 + 1e-12), MESH
         return row
