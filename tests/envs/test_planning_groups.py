@@ -353,7 +353,7 @@ def test_locked_joints_of_random_trees_are_where_pinocchio_has_them(
 
 
 def test_the_commands_of_the_documentation_are_accepted() -> None:
-    for line in block_after("planning groups").splitlines():
+    for line in (block_after("planning groups") + block_after("bases")).splitlines():
         chosen = vars(app.parse(shlex.split(line)[1:]))
         [entry] = envs.REGISTRY.entries(chosen["env"])
         assert entry.spec.id == "arm"
