@@ -14,7 +14,7 @@ from envs.errors import InputError, UnknownNameError, suggestion
 from envs.files.mesh_file import read_mesh, read_points
 from envs.files.paths import exists, safe_join
 from envs.problem import Array
-from envs.robots.urdf_elements import check_origin, numbers_of
+from envs.robots.urdf_elements import check_origin, numbers_of, xacro_hint
 
 GEOMETRIES = ("collision", "visual")
 """Elements of links that hold geometry."""
@@ -126,4 +126,5 @@ def _mesh_file(name: str, folder: Path) -> Path:
             return candidate
     raise InputError(
         f"no such mesh: {name}, sought from {folder}; put it there or correct its name"
+        f"{xacro_hint(name)}"
     )

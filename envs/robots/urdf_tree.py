@@ -144,7 +144,7 @@ def _limits(joint: Any, graph: JointGraph, placement: BasePlacement) -> tuple[fl
     if lower >= upper:
         raise InputError(
             f"joint {joint.name!r}: its lower limit {lower:g} must be below its upper {upper:g}; "
-            "a joint that does not move is of type fixed"
+            "a joint that does not move is of type fixed, or say which joints move instead"
         )
     return lower, upper
 
@@ -153,7 +153,10 @@ def _bounds(joint: Any, axis: int | None, placement: BasePlacement) -> tuple[flo
     """The limits of a joint that has none of its own: of one that slides along an axis of those
     that a planar or floating one is."""
     if axis is None:
-        raise InputError(f'joint {joint.name!r} has no limits; add <limit lower="." upper="."/>')
+        raise InputError(
+            f'joint {joint.name!r} has no limits; add <limit lower="." upper="."/>, make it '
+            "continuous, or say which joints move instead"
+        )
     ends = placement.ends(axis)
     if ends is None:
         raise InputError(
