@@ -408,10 +408,11 @@ class Space:
         return [part.definition() for part in self.parts]
 
     @cached_property
-    def _begins(self) -> list[int]:
-        return [sum(part.size for part in self.parts[:n]) for n in range(len(self.parts))]
+    def places(self) -> list[slice]:
+        """Where the numbers of each part are in a configuration."""
+        ends = np.cumsum([part.size for part in self.parts]).tolist()
+        return [slice(end - part.size, end) for part, end in zip(self.parts, ends, strict=True)]
 
     def _pairs(self, a: Array, b: Array) -> list[tuple[Part, Array, Array]]:
         """The parts, and their numbers of configurations (n, size)."""
-        places = [slice(i, i + p.size) for i, p in zip(self._begins, self.parts, strict=True)]
-        return [(p, a[..., at], b[..., at]) for p, at in zip(self.parts, places, strict=True)]
+        return [(p, a[..., at], b[..., at]) for p, at in zip(self.parts, self.places, strict=True)]

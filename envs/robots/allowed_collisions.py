@@ -69,7 +69,7 @@ def link_pairs(
     """
     pairs = no_pairs(len(bodies))
     joined = neighbours(tree, set(links))
-    q = _random_configurations(tree)
+    q = tree.space.sample(stream("self collision"), _SAMPLES)
     for i, j in combinations(range(len(bodies)), 2):
         if bodies[i] == bodies[j] or frozenset((links[i], links[j])) in allowed:
             continue
@@ -81,11 +81,6 @@ def link_pairs(
         for a, b in ((i, j), (j, i)):
             pairs.checked[a, b], pairs.farthest[a, b] = apart > 0, apart
     return pairs
-
-
-def _random_configurations(tree: KinematicTree) -> Array:
-    shape = _SAMPLES, tree.dimension
-    return stream("self collision").uniform(tree.lower, tree.upper, shape)
 
 
 def _farthest(

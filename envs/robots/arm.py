@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -43,12 +43,12 @@ class RobotArrays(NamedTuple):
     """An arm as compiled code sees it.
 
     Attributes:
-        tree: its joints.
+        tree: its joints; for motions as `KinematicTree.motions` has them.
         bodies: (p,) of the parts.
         offsets: (p, 3, 4) from the parts' frames to their bodies'.
         middles, radii: (p, 3) in the bodies' frames and (p,), of spheres that hold the parts.
-        reach: (m, p) greatest distance of any point of a part from a joint's axis; 1 where the
-            joint slides, 0 where it does not move the part.
+        reach: (m, p) greatest distance of any point of a part from a joint's axis, or from where a
+            spherical one is; 1 where the joint slides, 0 where it does not move the part.
         balls: (m, 4) centres in the bodies' frames, and radii, of spheres that cover the parts.
         ball_parts: (m,) which part each covers, in ascending order.
         first_balls: (p + 1,) where each part's begin.
@@ -144,18 +144,24 @@ class Arm:
     def rate_bound(self) -> float:
         arrays = self.arrays
         speeds = np.abs(arrays.tree.ratios)[:, None] * arrays.reach  # per unit of a coordinate
-        rates = np.zeros((self.tree.dimension, len(self.parts)))
-        np.add.at(rates, arrays.tree.coordinates, speeds)
-        found = float(_norms(rates[:, : self.moving]).max())
+        found = float(self._rates(speeds[:, : self.moving]).max())
         for part, other, branch in arrays.branches:
             # Only what moves them as seen from where they branch; see `motion_bounds`.
             shared = list(self.tree.joints_to(branch))
             both = speeds[:, [part, other]].sum(axis=1)
             both[shared] = 0.0
-            rate = np.zeros((self.tree.dimension, 1))
-            np.add.at(rate, arrays.tree.coordinates, both[:, None])
-            found = max(found, float(_norms(rate)[0]))
+            found = max(found, float(self._rates(both[:, None])[0]))
         return found
+
+    def _rates(self, speeds: Array) -> Array:
+        """Per unit of distance in configuration space, (n,), of what joints move by speeds (m, n)
+        each: the parts' distances add up, within one they are Euclidean."""
+        space = self.tree.space
+        rates = np.zeros((space.size, speeds.shape[1]))
+        np.add.at(rates, self.arrays.tree.coordinates, speeds)
+        parts = zip(space.parts, space.places, strict=True)
+        greatest: Array = np.max([_norms(rates[at]) / part.weight for part, at in parts], axis=0)
+        return greatest
 
     @cached_property
     def extent(self) -> float:
@@ -211,9 +217,14 @@ class Arm:
     def motion_bound(self, a: Array, b: Array) -> float:
         """See `part_bounds`; the greatest of the parts'."""
         bounds = np.empty(self.moving)
-        begin, end = self.tree.space.unwrapped(np.array([a, b]))  # compiled code goes straight
-        part_bounds(self.arrays, begin, end, bounds)
+        [(arrays, (begin, end))] = self.motions(np.array([a, b]))
+        part_bounds(arrays, begin, end, bounds)
         return float(bounds.max())
+
+    def motions(self, path: Array) -> Iterator[tuple[RobotArrays, Array]]:
+        """A path of waypoints (k, d) for compiled code; see `KinematicTree.motions`."""
+        for tree, straight in self.tree.motions(path):
+            yield self.arrays._replace(tree=tree), straight
 
     @cached_property
     def arrays(self) -> RobotArrays:
@@ -284,6 +295,7 @@ def _norms(columns: Array) -> Array:
 
 
 def _off_axis(axis: Array, point: Array) -> float:
+    """How far a point (3,) is from an axis, or from the origin if there is none."""
     return float(np.linalg.norm(point - (point @ axis) * axis))
 
 

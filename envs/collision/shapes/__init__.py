@@ -5,6 +5,7 @@ a few lengths tell all (`SizedSolid`) is read from URDFs and scene files once it
 """
 
 from envs.collision.shapes.capsule import Capsule
+from envs.collision.shapes.convex_hull import ConvexHull
 from envs.collision.shapes.placed_shape import (
     SURFACE_POINTS,
     Obstacle,
@@ -43,6 +44,7 @@ __all__ = [
     "TRIANGLE",
     "Box",
     "Capsule",
+    "ConvexHull",
     "Cylinder",
     "Mesh",
     "Obstacle",

@@ -52,10 +52,7 @@ class Mesh(Solid):
     @cached_property
     def digest(self) -> str:
         """Of the numbers, the same on every machine."""
-        digest = hashlib.sha256()
-        digest.update(np.ascontiguousarray(self.vertices, dtype="<f8").tobytes())
-        digest.update(np.ascontiguousarray(self.faces, dtype="<i8").tobytes())
-        return digest.hexdigest()
+        return digest_of(self.vertices, self.faces)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Mesh) and self.digest == other.digest
@@ -129,3 +126,11 @@ class Mesh(Solid):
             self.triangulate().face_adjacency, nodes=np.arange(len(self.faces))
         )
         return np.array([self.vertices[self.faces[piece[0], 0]] for piece in pieces])
+
+
+def digest_of(*arrays: NDArray[Any]) -> str:
+    """Of numbers, the same on every machine."""
+    digest = hashlib.sha256()
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array, array.dtype.newbyteorder("<")).tobytes())
+    return digest.hexdigest()
