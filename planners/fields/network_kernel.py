@@ -26,7 +26,8 @@ Single = NDArray[np.float32]
 
 
 class Network(NamedTuple):
-    """Weights as they are multiplied from the right; blocks stacked along the first axis."""
+    """Weights as they are multiplied from the right; blocks stacked along the first axis. Besides
+    the weights what else is asked: modes and clearances, and which coordinates wrap, if any."""
 
     waves: Single
     first: Single

@@ -234,7 +234,7 @@ def _push_out(x: Any, margin: float, field: Any) -> None:
 @njit_cached_quick
 def _escape(ends: Any, places: Any, network: Any) -> bool:
     """Moves one of two ends (2, 3) that are stuck to the best of the places about them, see
-    `Descent`; whether there is one."""
+    `Descent`; whether there is one. In rooms, where nothing wraps."""
     field = network.field
     gradients = np.empty_like(ends)
     least = _arrival(ends, gradients, network)

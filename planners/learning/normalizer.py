@@ -18,9 +18,9 @@ def unsupported_space(space: Space) -> str | None:
     """Why learned planners do not compute in a configuration space, or None if they do: in R^n,
     also where coordinates wrap."""
     if Kind.ROTATIONS in space.kinds:
-        return f"its network does not know yet of rotations, as in {space}"
+        return f"its network does not know rotations yet, as there are in {space}"
     if len(space.parts) > 1:
-        return f"its network measures all coordinates together, not in parts as in {space} yet"
+        return f"its network measures all coordinates together, and not yet in parts as {space} has"
     return None
 
 
