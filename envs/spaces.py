@@ -384,6 +384,15 @@ class Space:
         steps = self.difference(waypoints[:-1], waypoints[1:])
         return np.concatenate([waypoints[:1], waypoints[:1] + np.cumsum(steps, axis=0)])
 
+    def wrapped(self, q: Array) -> Array:
+        """The same places as (n, size), whose numbers may be beyond the bounds of coordinates that
+        wrap, with these between their bounds."""
+        if self.is_flat:
+            return q
+        still = [np.zeros((*q.shape[:-1], part.dimension)) for part in self.parts]
+        there = [p.advance(x, v) for (p, x, _), v in zip(self._pairs(q, q), still, strict=True)]
+        return np.concatenate(there, axis=-1)
+
     def contains(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, size) are in it, but for rounding, (n,) of bool."""
         inside = [part.contains(x) for part, x, _ in self._pairs(q, q)]

@@ -109,3 +109,9 @@ class Plane(Environment):
 
     def definition(self) -> dict[str, Any]:
         return {"class": "Plane", "version": 1}
+
+
+class OnePart(Plane):
+    """Position and heading are measured together, as the joints of an arm are."""
+
+    space = Space([Coordinates(Plane.lower, Plane.upper, wraps=[False, False, True])])
