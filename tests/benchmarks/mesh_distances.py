@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS), str(TESTS.parent)]
 
-from exact_arms import coal_mesh  # noqa: E402
+from coal_shapes import coal_mesh  # noqa: E402
 
 from envs.collision.separation import separations, shapes_of  # noqa: E402
 from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape, Solid, Sphere  # noqa: E402

@@ -9,7 +9,7 @@ import coal
 import numpy as np
 import pytest
 import trimesh
-from exact_arms import coal_mesh
+from coal_shapes import coal_mesh
 from scipy.spatial.transform import Rotation
 
 from envs.collision.separation import separations, shapes_of

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from arm_speeds import assert_bounded, bounds_of
 from arms import at, ball
-from exact_arms import coal_geometry
+from coal_shapes import coal_geometry
 from made_trees import assert_as_in_pinocchio, made_tree
 
 from envs.problem import Array
@@ -163,22 +163,3 @@ def test_a_joint_that_moves_a_part_twice_counts_twice() -> None:
     arm = Arm(KinematicTree.serial((first, second), links), [ball(2, 0.1, 1)], False)
     assert arm.rate_bound == pytest.approx(2.1 + 1.1)
     assert_bounded(arm, np.array([-0.1]), np.array([0.1]))
-
-
-@pytest.mark.slow(minutes=1)
-@pytest.mark.parametrize("seed", SEEDS)
-def test_no_motion_of_a_tree_is_accepted_that_coal_refutes(seed: int, tmp_path: Path) -> None:
-    arm = tree_arm(tmp_path, seed)
-    world = ArmWorld(arm, [], "test")
-    model = world.collision_model()
-    rng = np.random.default_rng(seed)
-    q = rng.uniform(arm.tree.lower, arm.tree.upper, (4000, arm.tree.dimension))
-    clearance = world.approximate_clearance(q)
-    near = q[(clearance > 2e-3) & (clearance < 0.05)][:25]
-    for a in near:
-        step = rng.normal(size=len(a))
-        b = a + rng.uniform(0.05, 1.0) * step / np.linalg.norm(step)
-        compiled = world.paths_are_free([np.array([a, b])], 2e-3)[0]
-        if model.segment_is_free(a, b) or compiled:
-            b = arm.tree.space.unwrapped(np.array([a, b]))[1]
-            assert (distances(arm, a + np.linspace(0, 1, 201)[:, None] * (b - a)) > 0).all()

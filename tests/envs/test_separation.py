@@ -10,7 +10,7 @@ import coal
 import numpy as np
 import pytest
 import trimesh
-from exact_arms import coal_mesh
+from coal_shapes import coal_mesh
 from scipy.spatial.transform import Rotation
 
 from envs.collision import mesh, mesh_tree

@@ -1,0 +1,95 @@
+"""Robots whose checks are compared with exact ones: made at random, and real ones."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from exact_bodies import ExactBody
+from exact_robots import ExactArm, numbered
+from made_robots import made_body_world, made_scene, made_tree_world
+from motion_agreement import Comparison
+
+import envs
+from envs.robots.named_robots import known_robots, robot_named
+from envs.robots.robot_description import RobotDescription
+from envs.scenes.arm_world import ArmWorld
+from envs.scenes.rigid_world import RigidWorld
+
+TREES, BODIES = 50, 12
+
+_OF_MBM = {
+    "panda": "panda_arm",
+    "ur5": "manipulator",
+    "fetch": "arm_with_torso",
+    "baxter": "both_arms",
+}
+"""Planning groups."""
+
+
+def compared_robots() -> list[str]:
+    """The names of all: "tree 3", "body 0", "panda", "mbm/fetch", those of MotionBenchMaker if
+    BENCH_DATA has them."""
+    made = [f"tree {n}" for n in range(TREES)] + [f"body {n}" for n in range(BODIES)]
+    data = os.environ.get("BENCH_DATA")
+    of_mbm = [f"mbm/{name}" for name in _OF_MBM] if data else []
+    return [*made, *(robot.name for robot in known_robots()), *of_mbm]
+
+
+def comparison(name: str, folder: Path) -> Comparison:
+    """Of a robot, whose files are made in a folder, if it is not a real one.
+
+    Raises:
+        AssertionError: other pairs of links must not touch.
+    """
+    kind, _, seed = name.partition(" ")
+    if kind == "body":
+        return of_body(made_body_world(folder, int(seed)))
+    if kind == "tree":
+        srdf = folder / "robot.srdf"
+        text = made_tree_world(folder, int(seed))
+        state = "there" if "state=there" in text else ""
+        return of_arm(text, folder / "robot.urdf", srdf if srdf.exists() else None, state)
+    robot, text = _real(name)
+    env = _arm_world(text)
+    at = env.robot.tree.joints[0].origin[:3, 3]
+    scene = made_scene(folder, np.random.default_rng(0), at, 0.8 * env.robot.extent)
+    return of_arm(f"{text},scene={scene}", robot.urdf, robot.srdf, robot.state)
+
+
+def _real(name: str) -> tuple[RobotDescription, str]:
+    """A real robot, and the text of its environment without a scene."""
+    family, _, model = name.rpartition("/")
+    if not family:
+        return robot_named(name), f"arm:robot={name}"
+    folder = Path(os.environ["BENCH_DATA"]) / name
+    robot = RobotDescription(model, folder / f"{model}.urdf", folder / f"{model}.srdf")
+    return robot, f"arm:urdf={robot.urdf},srdf={robot.srdf},group={_OF_MBM[model]}"
+
+
+def _arm_world(text: str) -> ArmWorld:
+    env = envs.make(text)
+    assert isinstance(env, ArmWorld)
+    return env
+
+
+def of_arm(text: str, urdf: Path, srdf: Path | None = None, state: str = "") -> Comparison:
+    """Of a kinematic tree, the text of whose environment has these files and this state."""
+    env = _arm_world(text)
+    coordinates = [joint.name for joint in env.robot.tree.coordinates]
+    exact = ExactArm(urdf, coordinates, env.obstacles, srdf, state)
+    named = numbered(env.robot.links)
+    ours = {frozenset((named[i], named[j])) for i, j in env.robot.pairs}
+    differ = exact.leave_out_all_but(ours)
+    assert not differ, f"{text}: of these pairs only one check asks: {differ}"
+    return Comparison(env, exact)
+
+
+def of_body(text: str) -> Comparison:
+    """Of a rigid body, the text of whose environment this is."""
+    env = envs.make(text)
+    assert isinstance(env, RigidWorld)
+    planar = len(env.lower) == 3 and not env.space.is_flat
+    z = float(env.robot.poses(env.lower)[0][1][2]) if planar else None
+    return Comparison(env, ExactBody(env.robot.parts, env.obstacles, z))

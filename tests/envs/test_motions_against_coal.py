@@ -1,0 +1,82 @@
+"""Checks of motions against Pinocchio and coal: a share of `benchmarks/motions_against_coal.py`."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from compared_robots import comparison, of_arm
+from conftest import has_data
+from exact_robots import ExactArm
+from motion_agreement import Agreement
+
+from envs.robots.arm import Arm
+from envs.robots.rigid_body import RigidBody
+
+
+def compared(name: str, folder: Path, draws: int, seed: int = 0) -> Agreement:
+    return comparison(name, folder)(draws, np.random.default_rng(seed))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", [*(f"tree {n}" for n in range(100, 106)), "body 100", "body 101", "ur5", "baxter_left"]
+)
+def test_no_answer_is_wrong(name: str, tmp_path: Path) -> None:
+    found = compared(name, tmp_path, 20)
+    assert found.wrong == 0, found
+    assert 0 < found.accepted < found.motions
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["panda", "fetch"])
+def test_no_answer_about_a_robot_of_motionbenchmaker_is_wrong(name: str, tmp_path: Path) -> None:
+    if not has_data(f"mbm/{name}/{name}.urdf"):
+        pytest.skip("BENCH_DATA has no robots")
+    found = compared(f"mbm/{name}", tmp_path, 4)
+    assert found.wrong == 0, found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("robot", "name", "share", "draws"),
+    [(RigidBody, "body 1", 0.5, 60), (Arm, "tree 100", 0.2, 40)],
+)
+def test_a_motion_bound_that_is_too_low_is_noticed(
+    robot: Any, name: str, share: float, draws: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of arms one of a half would not do: what is nearest to something is seldom the fastest."""
+    whole = robot.motion_bound
+    monkeypatch.setattr(robot, "motion_bound", lambda *args: share * whole(*args))
+    found = compared(name, tmp_path, draws)
+    assert found.false_accepts > 0
+    assert "accepted by model: " in found.cases[0]
+
+
+def test_a_pair_of_links_that_is_not_asked_is_noticed(tmp_path: Path) -> None:
+    exact = comparison("tree 1", tmp_path).exact
+    assert isinstance(exact, ExactArm)
+    among = exact.pairs[(exact.pairs < len(exact.links)).all(axis=1)]
+    every = exact.names(among)
+    assert exact.leave_out_all_but(every) == []
+    assert exact.leave_out_all_but(every[1:]) == every[:1]
+    assert len(exact.pairs) == len(among) - 1 + (exact.pairs[:, 1] >= len(exact.links)).sum()
+
+
+@pytest.mark.slow
+def test_a_mesh_of_several_materials_is_what_its_file_has(tmp_path: Path) -> None:
+    """A Panda's sixth link, here 6 mm deep in a cylinder: coal's reader makes it smaller, so that
+    it would be 15 mm away."""
+    if not has_data("mbm/panda/panda.urdf"):
+        pytest.skip("BENCH_DATA has no robots")
+    panda = Path(os.environ["BENCH_DATA"]) / "mbm/panda"
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("obstacles:\n  - {cylinder: [0.05, 1.2], position: [0.1, 0.6, 0.6]}")
+    files = f"urdf={panda / 'panda.urdf'},srdf={panda / 'panda.srdf'},group=panda_arm"
+    both = of_arm(f"arm:{files},scene={scene}", panda / "panda.urdf", panda / "panda.srdf")
+    q = np.array([2.7165, 1.647, -1.3364, -2.2147, 1.1422, 2.305, -0.2439])
+    assert not both.env.collision_model().is_valid(q)
+    assert both.exact.touches(both.exact.frames(q))

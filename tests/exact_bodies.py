@@ -1,0 +1,79 @@
+"""Rigid bodies among obstacles, for checks of ours; Pinocchio has the rotations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio
+from coal_shapes import ExactSolid, coal_geometry, coal_pose
+from exact_scene import ExactScene, Frames, Joints
+
+from envs.collision.shapes import PlacedShape
+from envs.problem import Array
+
+
+class ExactBody(ExactScene):
+    """A body of solids.
+
+    Args:
+        parts: of the body.
+        obstacles: what it must not touch.
+        z: of the plane, where configurations are x, y and the heading; None where they are x, y, z
+            and maybe a quaternion x, y, z, w.
+    """
+
+    def __init__(
+        self, parts: Sequence[PlacedShape], obstacles: Sequence[PlacedShape], z: float | None
+    ) -> None:
+        self._z = z
+        shapes = [*parts, *obstacles]
+        solids = [ExactSolid(coal_geometry(shape.solid)) for shape in shapes]
+        offsets = np.array([coal_pose(shape) for shape in shapes])
+        bodies = [1] * len(parts) + [0] * len(obstacles)
+        moves = np.array([[body == 1] * 2 for body in bodies])
+        reaches = np.array(
+            [
+                np.linalg.norm(pose[:3, :3] @ solid.middle + pose[:3, 3]) + solid.radius
+                for solid, pose in zip(solids, offsets, strict=True)
+            ]
+        )
+        joints = Joints(moves, np.array([False, True]), np.stack([np.zeros_like(reaches), reaches]))
+        among = [(i, len(parts) + j) for i in range(len(parts)) for j in range(len(obstacles))]
+        super().__init__(solids, bodies, offsets, joints, among)
+
+    def pose(self, q: Array) -> tuple[Array, Array]:
+        """Where a configuration has the body."""
+        if self._z is not None:
+            return pinocchio.exp3(np.array([0.0, 0.0, q[2]])), np.array([q[0], q[1], self._z])
+        if len(q) == 3:
+            return np.eye(3), q
+        return pinocchio.Quaternion(q[3:] / np.linalg.norm(q[3:])).toRotationMatrix(), q[:3]
+
+    def frames(self, q: Array) -> Frames:
+        """At a configuration, where nothing moves."""
+        return self.motion(q, q).at(0.0)
+
+    def motion(self, a: Array, b: Array) -> BodyMotion:
+        """Between configurations, by the shorter turn."""
+        return BodyMotion(*self.pose(a), *self.pose(b))
+
+
+class BodyMotion:
+    """Of a body that goes straight and turns steadily about one axis, see `exact_scene.Motion`: as
+    on a joint that slides, with one on it that turns."""
+
+    def __init__(self, turn: Array, shift: Array, to_turn: Array, to_shift: Array) -> None:
+        self._turn, self._shift = turn, shift
+        self._step, self._angle = to_shift - shift, pinocchio.log3(turn.T @ to_turn)
+        self.speeds = np.array([np.linalg.norm(self._step), np.linalg.norm(self._angle)])
+
+    def at(self, t: float) -> Frames:
+        turn, shift = self._turn @ pinocchio.exp3(t * self._angle), self._shift + t * self._step
+        about = turn @ self._angle
+        return Frames(
+            np.stack([np.eye(3), turn]),
+            np.stack([np.zeros(3), shift]),
+            np.stack([self._step, np.cross(shift, about)]),
+            np.stack([np.zeros(3), about]),
+        )

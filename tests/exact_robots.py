@@ -1,0 +1,260 @@
+"""Robots by Pinocchio, for checks of ours: it reads the URDF and moves the joints. Which of them
+move, where the others stand and which links may touch is worked out here, from the same files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import coal
+import numpy as np
+import pinocchio
+import trimesh
+from coal_shapes import ExactSolid, coal_geometry, coal_mesh, coal_pose
+from exact_links import Links
+from exact_scene import ExactScene, Frames, Joints
+from numpy.typing import NDArray
+
+from envs.collision.shapes import PlacedShape
+from envs.problem import Array
+
+_ALWAYS = 2000
+"""Configurations in which links are in contact that may be."""
+
+
+class ExactArm(ExactScene):
+    """A kinematic tree among obstacles.
+
+    Args:
+        file: its URDF.
+        coordinates: names of the joints that move and mimic no other, in the order in which
+            configurations have them.
+        obstacles: what is about it; what does not move may touch them.
+        srdf: its SRDF, if it has one, and
+        state: the group states of it where the other joints stand.
+    """
+
+    def __init__(
+        self,
+        file: Path,
+        coordinates: Sequence[str],
+        obstacles: Sequence[PlacedShape] = (),
+        srdf: Path | None = None,
+        state: str = "",
+    ) -> None:
+        file = _for_urdfdom(file)
+        self._links = Links(file, coordinates, srdf)
+        self._model = pinocchio.buildModelFromUrdf(str(file))
+        self._data = self._model.createData()
+        self._neutral = pinocchio.neutral(self._model)
+        for name, value in self._links.still(list(self._model.names)[1:], state):
+            _put(self._neutral, self._model.joints[self._model.getJointId(name)], value)
+        names = list(self._model.names)
+        self._moving = [n for n, name in enumerate(names) if name in self._links.followed]
+        follows = [self._links.followed[names[n]] for n in self._moving]
+        self._follows = [one.coordinate for one in follows]
+        self._ratios, self._offsets = np.array([one[1:] for one in follows]).T
+        self.limits = self._limits(coordinates)
+        geometries = list(_shapes(self._model, file).geometryObjects)
+        self.links = [self._model.frames[one.parentFrame].name for one in geometries]
+        solids = [ExactSolid(one.geometry) for one in geometries]
+        solids += [ExactSolid(coal_geometry(obstacle.solid)) for obstacle in obstacles]
+        ways = [self._way_to(one.parentJoint) for one in geometries] + [[]] * len(obstacles)
+        pinocchio.computeJointJacobians(self._model, self._data, self._neutral)
+        bodies = [1 + way[-1] if way else 0 for way in ways]
+        placed = map(self._offset, geometries, bodies)
+        offsets = np.array([*placed, *map(coal_pose, obstacles)])
+        super().__init__(solids, bodies, offsets, self._joints(ways, offsets, solids), [])
+        self.ask_of(list(self._forbidden(bodies)))
+
+    def _limits(self, coordinates: Sequence[str]) -> Array:
+        """Of the coordinates, (2, d); those of joints that turn for ever are -pi and pi."""
+        joints = [self._model.joints[self._model.getJointId(name)] for name in coordinates]
+        lower, upper = self._model.lowerPositionLimit, self._model.upperPositionLimit
+        ends = [
+            (-math.pi, math.pi) if joint.nq == 2 else (lower[joint.idx_q], upper[joint.idx_q])
+            for joint in joints
+        ]
+        return np.array(ends).T
+
+    def _way_to(self, joint: int) -> list[int]:
+        """The joints that move between the base and a joint, as numbers of those that move; the
+        last carries the body that moves with the joint, whose number is greater by 1."""
+        return [self._moving.index(n) for n in self._model.supports[joint] if n in self._moving]
+
+    def _offset(self, shape: Any, body: int) -> Array:
+        """From a geometry's frame to its body's, (4, 4)."""
+        there = self._data.oMi[shape.parentJoint] * shape.placement
+        carried = self._data.oMi[self._moving[body - 1]].inverse() * there if body else there
+        offset: Array = carried.homogeneous
+        return offset
+
+    def _joints(
+        self, ways: Sequence[list[int]], offsets: Array, solids: Sequence[ExactSolid]
+    ) -> Joints:
+        """Args:
+        ways: (g,) to the solids' bodies.
+        """
+        turns = np.linalg.norm(self._columns()[:, 3:], axis=1) > 0.5
+        ends = self._ratios * self.limits[:, self._follows] + self._offsets
+        slides = np.where(turns, 0.0, np.abs(ends).max(axis=0))
+        begins = [self._data.oMi[n].translation for n in self._moving]  # where none has slid
+        moves = np.zeros((len(ways), len(turns)), dtype=np.bool_)
+        reaches = np.zeros((len(turns), len(ways)))
+        for n, (way, offset, solid) in enumerate(zip(ways, offsets, solids, strict=True)):
+            moves[n, way] = True
+            middle = offset[:3, :3] @ solid.middle + offset[:3, 3]
+            reach = float(np.linalg.norm(middle)) + solid.radius
+            for place in reversed(range(len(way))):
+                joint, inner = way[place], way[max(place - 1, 0)]
+                reaches[joint, n] = reach
+                hop = begins[joint] - begins[inner]
+                reach += float(np.linalg.norm(hop)) + slides[joint]
+        return Joints(moves, turns, reaches)
+
+    def _columns(self) -> Array:
+        """What moves with the joints that move does at a unit speed of each, (m, 6)."""
+        places = [self._model.joints[n].idx_v for n in self._moving]
+        found: Array = self._data.J[:, places].T
+        return found
+
+    def _forbidden(self, bodies: Sequence[int]) -> Iterator[tuple[int, int]]:
+        """Pairs that must not touch: links and obstacles, and links that do not move as one, that
+        no joint joins, and that are not told to be allowed to."""
+        count = len(self.links)
+        for i, j in zip(*np.triu_indices(len(bodies), 1), strict=True):
+            if bodies[i] == bodies[j]:
+                continue
+            if j >= count or not self._links.may_touch(self.links[i], self.links[j]):
+                yield int(i), int(j)
+
+    def names(self, pairs: NDArray[np.int64]) -> list[frozenset[str]]:
+        """What pairs (n, 2) of links' solids are called, see `numbered`."""
+        named = numbered(self.links)
+        return [frozenset((named[i], named[j])) for i, j in pairs]
+
+    def leave_out_all_but(self, asked: Collection[frozenset[str]]) -> list[frozenset[str]]:
+        """Asks only of pairs of links' solids that somebody else asks of, by their names.
+
+        Returns:
+            The pairs of which one of the two must not ask: such as the rules allow to touch, and
+            such as may touch for being always in contact, but are not.
+        """
+        among = (self.pairs < len(self.links)).all(axis=1)
+        named = self.names(self.pairs[among])
+        left_out = self.pairs[among][[name not in asked for name in named]]
+        found = [name for name in asked if name not in named]
+        found += self.names(np.array(self._apart_at_times(left_out), dtype=np.int64).reshape(-1, 2))
+        kept = [name in asked for name in named]
+        self.ask_of([*map(tuple, self.pairs[among][kept]), *map(tuple, self.pairs[~among])])
+        return found
+
+    def _apart_at_times(self, pairs: NDArray[np.int64]) -> list[tuple[int, int]]:
+        """Those (n, 2) that are not in contact in all of some thousand configurations."""
+        every = [(int(i), int(j)) for i, j in pairs]
+        always, whole = every, self.pairs
+        self.ask_of(always)
+        rng = np.random.default_rng(1)
+        for q in rng.uniform(*self.limits, (_ALWAYS if always else 0, self.limits.shape[1])):
+            touching = list(self.touching(self.frames(q)))
+            if touching != always:
+                always = touching
+                self.ask_of(always)
+        self.ask_of(list(map(tuple, whole)))
+        return [pair for pair in every if pair not in always]
+
+    def frames(self, q: Array) -> Frames:
+        """At a configuration (d,), where nothing moves."""
+        return ExactMotion(self, q, q).at(0.0)
+
+    def motion(self, a: Array, b: Array) -> ExactMotion:
+        """Between configurations (d,), by the shorter way where a joint turns for ever."""
+        return ExactMotion(self, a, b)
+
+    def frames_at(self, values: Array, rates: Array) -> Frames:
+        """Where joints have values (m,), and change at rates (m,)."""
+        q = self._neutral.copy()
+        for n, value in zip(self._moving, values, strict=True):
+            _put(q, self._model.joints[n], value)
+        pinocchio.computeJointJacobians(self._model, self._data, q)
+        poses = np.array([np.eye(4), *(self._data.oMi[n].homogeneous for n in self._moving)])
+        columns = self._columns() * rates[:, None]
+        return Frames(poses[:, :3, :3], poses[:, :3, 3], columns[:, :3], columns[:, 3:])
+
+    def values(self, q: Array) -> Array:
+        """Of all joints that move, (m,), at a configuration (d,)."""
+        found: Array = self._ratios * q[self._follows] + self._offsets
+        return found
+
+    def rates(self, step: Array) -> Array:
+        """How fast all joints that move do so, (m,), while the coordinates do by (d,)."""
+        found: Array = self._ratios * step[self._follows]
+        return found
+
+    def way(self, a: Array, b: Array) -> Array:
+        """By how much coordinates change between configurations (d,)."""
+        wraps = self._links.wraps
+        return np.where(wraps, [math.remainder(d, 2 * math.pi) for d in b - a], b - a)
+
+
+class ExactMotion:
+    """Of an arm, see `exact_scene.Motion`."""
+
+    def __init__(self, arm: ExactArm, a: Array, b: Array) -> None:
+        self._arm = arm
+        self._begin, self._rates = arm.values(a), arm.rates(arm.way(a, b))
+        self.speeds = np.abs(self._rates)
+
+    def at(self, t: float) -> Frames:
+        return self._arm.frames_at(self._begin + t * self._rates, self._rates)
+
+
+def numbered(links: Sequence[str]) -> list[str]:
+    """Names for links' solids: of a link's the name, and their numbers among its."""
+    return [f"{link} {links[:n].count(link)}" for n, link in enumerate(links)]
+
+
+def _put(q: Array, joint: Any, value: float) -> None:
+    ends = [math.cos(value), math.sin(value)] if joint.nq == 2 else [value]
+    q[joint.idx_q : joint.idx_q + joint.nq] = ends
+
+
+def _shapes(model: Any, file: Path) -> Any:
+    """The collision geometries of a URDF, sought in packages in all folders above it."""
+    kind = pinocchio.GeometryType.COLLISION
+    folders = [str(folder) for folder in file.resolve().parents]
+    shapes = pinocchio.buildGeomFromUrdf(model, str(file), kind, package_dirs=folders)
+    for shape in shapes.geometryObjects:
+        if isinstance(shape.geometry, coal.BVHModelBase) and shape.meshPath.lower()[-4:] != ".dae":
+            shape.geometry = _read(shape.meshPath, np.array(shape.meshScale))
+    return shapes
+
+
+def _for_urdfdom(file: Path) -> Path:
+    """A copy, if need be, in which capsules are cylinders that Pinocchio is told to take for
+    capsules: only the latest urdfdom reads them."""
+    tree = ElementTree.parse(file)
+    found = False
+    for link in tree.getroot().findall("link"):
+        told = ElementTree.SubElement(link, "collision_checking")  # of which only one is read
+        for number, solid in enumerate(link.findall("collision")):
+            capsule = solid.find("geometry/capsule")
+            if capsule is not None:
+                found, capsule.tag = True, "cylinder"
+                name = solid.attrib["name"] = f"{link.attrib['name']}_{number}"
+                ElementTree.SubElement(told, "capsule", name=name)
+    if not found:
+        return file
+    copy = file.with_name("pinocchio.urdf")
+    tree.write(copy)
+    return copy
+
+
+def _read(file: str, scale: Array) -> Any:
+    """A mesh by trimesh. coal's own reader moves corners of OBJ files with several materials: a
+    Panda's sixth link comes out up to 1 cm smaller."""
+    mesh = trimesh.load_mesh(file, process=False)
+    return coal_mesh(mesh.vertices * scale, mesh.faces)
