@@ -118,6 +118,10 @@ class Mesh(Solid):
         return model
 
     def piece_points(self) -> Array:
+        return self._piece_points
+
+    @cached_property
+    def _piece_points(self) -> Array:
         import trimesh
 
         pieces = trimesh.graph.connected_components(
