@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.gjk import at, compose
-from envs.collision.separation import Shapes, separations, shapes_of
+from envs.collision.separation import Shapes, shapes_of
 from envs.collision.shapes import PlacedShape, Solid
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
-from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs, poses_of
+from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs
 from envs.robots.kinematic_tree import KinematicTree, TreeArrays, body_poses
+from envs.robots.part_distances import keep_apart
 from envs.robots.tip_and_stand import tip_of
 
 SLACK = 0.008
@@ -208,11 +209,10 @@ class Arm:
     def links_keep(self, kept: Array, q: Array) -> NDArray[np.bool_]:
         """Whether parts that must not touch each other keep so far (p, p) apart, in metres, at
         configurations (n, d), (n,) of bool."""
-        keep = np.ones(len(q), dtype=np.bool_)
-        for pair in self.pairs:
-            poses = poses_of(self.tree, self.arrays.bodies[list(pair)], q[keep])
-            keep[keep] &= separations(self._shapes, *pair, poses, kept[pair]) >= kept[pair]
-        return keep
+        arm = self.arrays
+        q = np.ascontiguousarray(q, dtype=np.float64)
+        found = keep_apart(arm.tree, arm.bodies, arm.shapes, arm.branches, kept, q)
+        return np.asarray(found)
 
     def motion_bound(self, a: Array, b: Array) -> float:
         """See `part_bounds`; the greatest of the parts'."""
