@@ -278,7 +278,7 @@ def judge(env: str | Environment, problem: Problem, path: Any) -> Judgement:
         ('the robot', 'obstacle 10 (a box)')
     """
     of_env = Judge(REGISTRY.make(env) if isinstance(env, str) else env)
-    return of_env.with_contact(judged_path(of_env, problem, path), path)
+    return of_env.with_contact(judged_path(of_env, problem, path), problem, path)
 
 
 def carry_out(

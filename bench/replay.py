@@ -220,7 +220,7 @@ def _attempted(config: RunConfig, repeat: int, stop_cost: float) -> tuple[Mappin
         supervised.stop()
     judge = Judge(problem_set.env)
     judged = measurement.judged(judge, problem, attempt)
-    contact = None if judged is None else judge.with_contact(judged, attempt.path).contact
+    contact = None if judged is None else judge.with_contact(judged, problem, attempt.path).contact
     known = {"run_id": "replay", "repeat": repeat, "measured_at": ""}
     record = asdict(supervised.record(problem, attempt, judged, **known))
     return record | metrics_of(record["metrics"]), "" if contact is None else str(contact)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from envs.errors import InputError
 from envs.registry import Registry, Spec
+from envs.scenes.motion_bench_maker_sets import SETS
 
 if TYPE_CHECKING:
     from envs.environment import Environment
@@ -99,6 +100,24 @@ REGISTRY: Registry[Environment] = Registry(
             "rigid body in the world of one of OMPL.app's .cfg files, from its start to its goal "
             "(file, space, kind, weight)",
             in_all=False,
+        ),
+        Spec(
+            "mbm",
+            "envs.scenes.motion_bench_maker:MotionBenchMaker",
+            "a set of MotionBenchMaker's problems, each in a scene of its own (robot, set, scene)",
+            in_all=False,
+        ),
+        *(
+            Spec(
+                f"mbm-{robot}-{name.replace('_', '-')}",
+                "envs.scenes.motion_bench_maker:MotionBenchMaker",
+                f"MotionBenchMaker's {name} for {robot} (scene)",
+                {"robot": robot, "set": name},
+                groups=(f"mbm-{robot}",),
+                in_all=False,
+            )
+            for robot, names in SETS.items()
+            for name in names
         ),
     ],
     entry_point_group="bench.envs",

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from envs.collision import continuous as batched
 from envs.collision.continuous import DEFAULT_TOLERANCE
-from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
+from envs.collision.fcl_model import Allowed, CollisionModel, Prover
 from envs.collision.primitive_sdf import SceneArrays
 from envs.collision.shapes import Obstacle, Robot
 from envs.problem import Array, Problem
@@ -64,6 +64,9 @@ class Environment(ABC):
         units: mapping of str, what tables call the units of a "configuration" and of lengths in the
             "workspace".
         trace_label: str, what pictures call the points that `Robot.trace` follows.
+        allowed_apart: bool, whether `allowed` forbids nothing but that things are within others,
+            so that it need not be asked where they are known not to be.
+        scenes_differ: bool, whether problems have scenes of their own, see `scene_of`.
 
     Example:
         >>> import envs
@@ -84,6 +87,23 @@ class Environment(ABC):
     speed_model: SpeedModel
     units: Mapping[str, str] = MappingProxyType({"configuration": "units", "workspace": "units"})
     trace_label: str = "middle of the robot"
+    allowed_apart: bool = False
+    scenes_differ: bool = False
+
+    def scene_of(self, problem: Problem) -> Environment:
+        """The environment in which a problem lives, by default this one.
+
+        Where scenes differ from problem to problem (`scenes_differ`), paths are planned, judged and
+        drawn in that of their problem, whose robot and space are those of this environment. Two
+        problems with the same scene get the same object, as long as they are asked for in a row.
+
+        Args:
+            problem: `Problem`, of this environment.
+
+        Returns:
+            `Environment`.
+        """
+        return self
 
     @property
     def velocity_limits(self) -> Array | None:
@@ -263,8 +283,8 @@ class Environment(ABC):
         return "within a closed mesh, or has something within a mesh of its own"
 
     @property
-    def lower_bounds(self) -> LowerBounds | None:
-        """Quick lower bounds of distances, which spare exact ones; by default none. See
+    def prover(self) -> Prover | None:
+        """Quick proofs that motions are free, which spare searches; by default none. See
         `CollisionModel`."""
         return None
 
@@ -297,7 +317,13 @@ class Environment(ABC):
         by default that of the judge (`tolerance`)."""
         decides_to = self.tolerance if tolerance is None else tolerance
         return CollisionModel(
-            self.robot, self.obstacles, decides_to, self.allowed, self.lower_bounds, self.space
+            self.robot,
+            self.obstacles,
+            decides_to,
+            self.allowed,
+            self.space,
+            allowed_apart=self.allowed_apart,
+            prover=self.prover,
         )
 
     @property

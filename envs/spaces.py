@@ -384,6 +384,15 @@ class Space:
         steps = self.difference(waypoints[:-1], waypoints[1:])
         return np.concatenate([waypoints[:1], waypoints[:1] + np.cumsum(steps, axis=0)])
 
+    def wrapped(self, q: Array) -> Array:
+        """The same places as (n, size), whose numbers may be beyond the bounds of coordinates that
+        wrap, with these between their bounds."""
+        if self.is_flat:
+            return q
+        still = [np.zeros((*q.shape[:-1], part.dimension)) for part in self.parts]
+        there = [p.advance(x, v) for (p, x, _), v in zip(self._pairs(q, q), still, strict=True)]
+        return np.concatenate(there, axis=-1)
+
     def contains(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, size) are in it, but for rounding, (n,) of bool."""
         inside = [part.contains(x) for part, x, _ in self._pairs(q, q)]
@@ -408,10 +417,11 @@ class Space:
         return [part.definition() for part in self.parts]
 
     @cached_property
-    def _begins(self) -> list[int]:
-        return [sum(part.size for part in self.parts[:n]) for n in range(len(self.parts))]
+    def places(self) -> list[slice]:
+        """Where the numbers of each part are in a configuration."""
+        ends = np.cumsum([part.size for part in self.parts]).tolist()
+        return [slice(end - part.size, end) for part, end in zip(self.parts, ends, strict=True)]
 
     def _pairs(self, a: Array, b: Array) -> list[tuple[Part, Array, Array]]:
         """The parts, and their numbers of configurations (n, size)."""
-        places = [slice(i, i + p.size) for i, p in zip(self._begins, self.parts, strict=True)]
-        return [(p, a[..., at], b[..., at]) for p, at in zip(self.parts, places, strict=True)]
+        return [(p, a[..., at], b[..., at]) for p, at in zip(self.parts, self.places, strict=True)]

@@ -10,6 +10,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from envs import Environment, Problem
 from envs.problem import Array
+from envs.seeding import derived_seed
 
 
 class Status(str, Enum):
@@ -81,7 +82,8 @@ class Planner(ABC):
     The harness makes an instance in a process of its own for each environment, with the arguments
     of the command line, as in `my-planner:step=0.5`. Annotations of `__init__` give the arguments
     their types; one without a default must be given. Then it calls `unsupported`; `setup` once,
-    timed as offline work; and `solve` for each problem, timed. The process has one thread for each
+    timed as offline work; and `solve` for each problem, timed. Where problems have scenes of their
+    own, `set_scene` comes before, on a clock of its own. The process has one thread for each
     numerical library and a limit of memory. An exception is recorded as the fault of the problem at
     hand (`ERROR`), and planning goes on with the next; after a crash, in a new process.
 
@@ -139,6 +141,23 @@ class Planner(ABC):
             Exception: any; then that is the outcome of every problem. Threads and processes that
                 are still at work when it returns are the fault of the first `solve`.
         """
+
+    def set_scene(self, env: Environment) -> None:
+        """Prepares for the scene of the next problem: encodes it, builds a collision model. By
+        default `setup` again, with a seed of the scene's.
+
+        Called only where problems have scenes of their own (`Environment.scenes_differ`), before
+        `solve`, if the scene is another than before. The harness times it as `scene_s`, which is a
+        column of its own and no part of the planning time.
+
+        Args:
+            env: `envs.Environment`, the scene (`Environment.scene_of`), to be kept for `solve` and
+                not to be changed. Robot, space and bounds are those of the environment of `setup`.
+
+        Raises:
+            Exception: any; then that is the outcome of the problem.
+        """
+        self.setup(env, seed=derived_seed("scene", int(env.fingerprint, 16)))
 
     def weights_digest(self, env: Environment) -> str:
         """Names the trained numbers that the planner uses, so that results of other numbers are

@@ -106,10 +106,7 @@ def descend(
 
 def _within(field: RegularGrid, space: Space, q: Array) -> Array:
     """The place within a field's bounds: the same one where a coordinate wraps, else the next."""
-    inside: Array = np.clip(q, field.lower, field.upper)
-    if space.wraps.any():
-        turned = field.lower + (q - field.lower) % (2 * np.pi)
-        inside = np.where(space.wraps, np.minimum(turned, field.upper), inside)
+    inside: Array = np.clip(space.wrapped(q), field.lower, field.upper)
     return inside
 
 

@@ -11,12 +11,18 @@ from envs.robots.kinematic_tree import KinematicTree, Link
 
 
 def greatest_speeds(arm: Arm, a: Array, b: Array, steps: int = 40) -> Array:
-    """Of points on each moving part's surface, (moving,): the longest chords by the time they
-    take, which is never more than the highest speed."""
-    parts = arm.parts[: arm.moving]
-    links = tuple(Link("", part.body, part.placed.pose) for part in parts)
+    """Of points on each moving part's surface, (moving,), while the numbers change evenly from a to
+    b (d,) in unit time."""
     t = np.linspace(0, 1, steps + 1)[:, None]
-    poses = KinematicTree(arm.tree.joints, links, arm.tree.parents).forward(a + t * (b - a))
+    return greatest_speeds_on(arm, a + t * (b - a))
+
+
+def greatest_speeds_on(arm: Arm, way: Array) -> Array:
+    """The same at places (k, d) of a motion, one after another in equal times: the longest chords
+    by the time they take, which is never more than the highest speed."""
+    parts, steps = arm.parts[: arm.moving], len(way) - 1
+    links = tuple(Link("", part.body, part.placed.pose) for part in parts)
+    poses = KinematicTree(arm.tree.joints, links, arm.tree.parents).forward(way)
     found = []
     for number, part in enumerate(parts):
         points = part.placed.solid.triangulate().vertices

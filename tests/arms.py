@@ -68,7 +68,7 @@ def ball(body: int, radius: float, x: float, y: float = 0, z: float = 0) -> Part
 
 
 def fcl_only(env: Environment) -> CollisionModel:
-    """Without the broad phase by spheres."""
+    """Without quick proofs, asking everywhere whether the robot is where it may be."""
     return CollisionModel(env.robot, env.obstacles, allowed=env.allowed)
 
 

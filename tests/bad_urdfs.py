@@ -62,7 +62,11 @@ BAD_URDFS = {
     "no joints": (robot(A), "no joints"),
     "no moving joint": (robot(A, B, joint("j", "a", "b", "fixed", "")), "none of its joints moves"),
     "no type": (robot(A, B, AB.replace(' type="revolute"', "")), "has no type"),
-    "floating": (robot(A, B, joint("j", "a", "b", "floating")), "'floating', which is not"),
+    "floating": (
+        robot(A, B, joint("j", "a", "b", "floating", "")),
+        "joint 'j/trans_x' has no limits; say between which corners it moves, volume=",
+    ),
+    "other type": (robot(A, B, joint("j", "a", "b", "spherical")), "'spherical', which is not"),
     "planar": (robot(A, B, joint("j", "a", "b", "planar", "")), "joint 'j/x' has no limits"),
     "planar with the name of another": (
         robot(A, B, C, joint("j", "a", "b", "planar"), joint("j/y", "b", "c")),

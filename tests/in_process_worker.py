@@ -19,7 +19,7 @@ from bench.execution import supervised_planner
 from bench.execution.answers import Attempt, SetUp
 from bench.execution.worker import in_memory
 from bench.storage.record import Fault
-from envs import Problem
+from envs import Environment, Problem
 from envs.registry import Entry
 from planners import Budget, Planner
 
@@ -38,6 +38,8 @@ class InProcessWorker:
     ) -> None:
         self._env, self._entry, self._fingerprint = env, planner, fingerprint
         self._planner: Planner | None = None
+        self._world: Environment | None = None
+        self._scene: Environment | None = None
 
     def set_up(self, seed: int, limit_s: float) -> SetUp:
         env = self._env.make()
@@ -48,8 +50,17 @@ class InProcessWorker:
         if reason is not None:
             return SetUp(Fault.UNSUPPORTED.value, reason, perf_counter() - begin)
         planner.setup(env, seed=seed)
-        self._planner = planner
+        self._planner, self._world, self._scene = planner, env, env
         return SetUp("", "", perf_counter() - begin, float(planner.train_s))
+
+    def set_scene(self, problem: Problem, limit_s: float) -> SetUp:
+        assert self._planner is not None
+        assert self._world is not None
+        scene, begin = self._world.scene_of(problem), perf_counter()
+        if scene is not self._scene:
+            self._planner.set_scene(scene)
+        self._scene = scene
+        return SetUp("", "", perf_counter() - begin)
 
     def solve(
         self, problem: Problem, time_limit_s: float, stop_cost: float, grace_s: float = 0.0

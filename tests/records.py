@@ -45,6 +45,7 @@ def row(planner: str, problem: int, outcome: str, **others: Any) -> dict[str, An
         "solved": int(outcome == "VALID"),
         "setup_s": 1.0,
         "train_s": 2.0,
+        "scene_s": None,
         "warm": 1,
         "processor": "P",
         "measured_at": "2026-01-01T00:00:00",

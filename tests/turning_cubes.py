@@ -12,7 +12,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from envs import Environment, Problem
-from envs.collision.shapes import BOX, PlacedShape, Pose, Solid, Spheres
+from envs.collision.shapes import BOX, PlacedShape, Solid, Spheres
 from envs.collision.shapes.solid import make_row
 from envs.problem import Array
 from envs.spaces import Coordinates, Space
@@ -57,10 +57,12 @@ class Rod:
     pairs: tuple[tuple[int, int], ...] = ()
     rate_bound = 4.0
 
-    def poses(self, q: Array) -> tuple[Pose, ...]:
-        turn = Rotation.from_euler("z", q[2]).as_matrix()
-        left, right = self.trace(q[None])[0]
-        return (turn, left), (turn, right), (None, np.array([0.0, 0.0, 2.0]))
+    def poses(self, q: Array) -> Array:
+        found = np.array([np.eye(3, 4)] * 3)
+        found[:2, :, :3] = Rotation.from_euler("z", q[2]).as_matrix()
+        found[:2, :, 3] = self.trace(q[None])[0]
+        found[2, :, 3] = 0.0, 0.0, 2.0
+        return found
 
     def motion_bound(self, a: Array, b: Array) -> float:
         x, y, turn = SPACE.difference(a[None], b[None])[0]
@@ -107,3 +109,9 @@ class Plane(Environment):
 
     def definition(self) -> dict[str, Any]:
         return {"class": "Plane", "version": 1}
+
+
+class OnePart(Plane):
+    """Position and heading are measured together, as the joints of an arm are."""
+
+    space = Space([Coordinates(Plane.lower, Plane.upper, wraps=[False, False, True])])

@@ -17,7 +17,7 @@ from bench.storage.record import NOT_ATTEMPTED, Fault, Verdict
 _FIRST = ("env", "planner", "problems", "solved", "success_rate", "success_low", "success_high")
 _REST = (
     *("setup_s", "train_s", "offline_s", "status_counts", "fallbacks", "attempted", "reason"),
-    *("cpu_share_median", "processors"),
+    *("cpu_share_median", "processors", "scene_s_median"),
     *("blocked_attempted", "blocked_solved", "blocked_success_rate", "blocked_length_mean"),
     "held_to",
     *timing.COLUMNS,
@@ -58,7 +58,8 @@ def summarise(
     `offline_s` adds training to it. `fallbacks` counts the verified successes that needed another
     planner's help, of planners whose `stats` say so. `cpu_share_median` is how much of a core an
     attempt had while it planned (`shared_cores`), `processors` how many processors there
-    were, by name. Columns with `blocked_` in front are of the problems whose straight line is
+    were, by name. `scene_s_median` is of getting ready for problems' scenes, empty where all have
+    the same. Columns with `blocked_` in front are of the problems whose straight line is
     blocked, empty where that is not known. `held_to`, and what is of common lengths, is for
     `RunResults.summary` to say.
 
@@ -103,6 +104,7 @@ def _row(
         CENSORED_TIME: censored_median(records["solve_s"].astype(float), successes),
         "reason": why_not_attempted(all_records),
         "cpu_share_median": cpu_shares(records).median(),
+        "scene_s_median": records["scene_s"].astype(float).median(),
         "processors": records.loc[records["processor"] != "", "processor"].nunique(),
     }
     for metric in metrics:

@@ -138,11 +138,15 @@ def show(chosen: SimpleNamespace) -> int:
 
     env = envs.REGISTRY.entry(chosen.env)
     world = env.make()
-    shown = None
+    shown, seed = None, 0
     if chosen.paths is not None:
         records = RunResults.read(chosen.paths).records
         records = chosen_paths.of_planners(records, chosen.planners, chosen.paths)
         shown = chosen_paths.paths_of_problem(records, world.fingerprint, chosen.problem)
+        seed = int(records["problems_seed"].iloc[0])
+    if world.scenes_differ:
+        number = shown.problem if shown else chosen.problem or 0
+        world = world.scene_of(world.sample_problems(number + 1, seed)[number])
     scene.draw(world, env.id, shown, chosen.out)
     return DONE
 

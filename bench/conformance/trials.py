@@ -45,6 +45,8 @@ class Process(Protocol):
 
     def set_up(self, seed: int, limit_s: float) -> SetUp: ...
 
+    def set_scene(self, problem: Problem, limit_s: float) -> SetUp: ...
+
     def solve(self, problem: Problem, time_limit_s: float, stop_cost: float) -> Attempt: ...
 
     def close(self) -> None: ...
@@ -207,9 +209,16 @@ class _Asked:
         for what, problem, stop_cost in questions:
             if not process.alive:
                 return
-            attempt = process.solve(problem, self.time_limit_s, stop_cost)
+            attempt = self._attempted(process, problem, stop_cost)
             judged = judge(problem, attempt.path) if attempt.claims else None
             yield Trial(what, problem, self.time_limit_s, attempt, judged)
+
+    def _attempted(self, process: Process, problem: Problem, stop_cost: float) -> Attempt:
+        if self.world.scenes_differ:
+            scene = process.set_scene(problem, SETUP_LIMIT_S)
+            if scene.fault:
+                return Attempt(scene.fault, None, error=f"set_scene: {scene.error}")
+        return process.solve(problem, self.time_limit_s, stop_cost)
 
 
 def _first_solutions(problems: Iterable[Problem]) -> list[_Question]:
@@ -219,7 +228,7 @@ def _first_solutions(problems: Iterable[Problem]) -> list[_Question]:
 def _blocked(world: Environment, problem: Problem) -> list[_Question]:
     """The problem with a goal in the midst of an obstacle, if there is such a place."""
     q = world.space.sample(np.random.default_rng(_SEED), _PLACES)
-    clearance = world.clearance(q)
+    clearance = world.scene_of(problem).clearance(q)
     deepest = int(np.argmin(clearance))
     if clearance[deepest] >= 0:
         return []

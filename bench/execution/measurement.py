@@ -57,7 +57,9 @@ def judged_path(
     history = cost_history(json.dumps(dict(stats)))
     facts = SolvedAttempt(solve_s, cpu_s, found.safety_margin, history, stats)
     waypoints = Path(path).waypoints
-    return replace(found, metrics=measure(REGISTERED, judge.env, problem, waypoints, facts))
+    return replace(
+        found, metrics=measure(REGISTERED, judge.scene_of(problem), problem, waypoints, facts)
+    )
 
 
 def stored_metrics(judgement: Judgement | None) -> str:
@@ -122,7 +124,8 @@ def _completed(
             json.loads(row["stats"]),
         )
         path = decode_path(row["path"])
-        found = measure(missing, env, problems[row["problem"]], path, facts)
+        problem = problems[row["problem"]]
+        found = measure(missing, env.scene_of(problem), problem, path, facts)
         anew = {metric.name for metric in missing}
         kept = {n: v for n, v in metrics_of(row["metrics"]).items() if n not in anew}
         yield [row[name] for name in KEY], _with_versions(kept | found)

@@ -26,6 +26,9 @@ dimensions."""
 READY, GO, ENDED = "ready", "go", "ended"
 """Words about what is timed: of a worker that waits to begin, of the harness, of the worker."""
 
+SCENE, PATH = "scene", "path"
+"""What a worker that is set up is asked: to get ready for a problem's scene, or for a path."""
+
 _LENGTHS = struct.Struct("<QQ")
 _SHARE = 2**20  # bytes that are read at once
 

@@ -76,7 +76,20 @@ class SupervisedPlanner:
         set_up = self._ready()
         if set_up.fault or self._worker is None:
             return Attempt(set_up.fault, None, error=f"setup: {set_up.error}")
-        return self._worker.solve(problem, self._config.time_limit_s, stop_cost)
+        scene = self._scene(self._worker, problem)
+        if scene is not None and scene.fault:
+            why = f"set_scene: {scene.error}"
+            return Attempt(scene.fault, None, error=why, scene_s=scene.setup_s)
+        attempt = self._worker.solve(problem, self._config.time_limit_s, stop_cost)
+        return attempt if scene is None else replace(attempt, scene_s=scene.setup_s)
+
+    def _scene(self, worker: WorkerProcess, problem: Problem) -> SetUp | None:
+        """How getting ready for a problem's scene went; None where all have the same."""
+        if not self._problem_set.env.scenes_differ:
+            return None
+        scene = worker.set_scene(problem, SETUP_LIMIT_S)
+        self._session.add(Costs(setup_s=scene.setup_s))
+        return scene
 
     def confine(self, cpus: Sequence[int]) -> None:
         """Lets its process run on some processors only; see `machine.confine_process`."""
@@ -115,6 +128,7 @@ class SupervisedPlanner:
             solved=int(came == Verdict.VALID.value),
             setup_s=set_up.setup_s,
             train_s=set_up.train_s,
+            scene_s=attempt.scene_s,
             solve_s=attempt.solve_s,
             cpu_s=attempt.cpu_s,
             load=attempt.load,
@@ -169,6 +183,9 @@ class SupervisedPlanner:
         """Solves the throw-away problem; again if it took so long that an attempt would have been
         killed, as the planner may have found its time over before it had compiled everything."""
         limit_s = self._config.time_limit_s
+        scene = self._scene(worker, self._problem_set.warm_up)
+        if scene is not None and scene.fault:
+            return  # which the attempts will tell
         for _ in range(_MOST_WARM_UPS):
             made = worker.solve(self._problem_set.warm_up, limit_s, math.inf, WARM_UP_GRACE_S)
             if not self._alive() or (made.solve_s or 0.0) <= hard_limit_s(limit_s):

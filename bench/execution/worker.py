@@ -49,11 +49,15 @@ def main(descriptor: int) -> None:
     try:
         request, _ = protocol.receive(connection)
         _limit_memory(request["memory_limit_mb"])
-        planner, answer = _set_up(connection, request)
+        ready, answer = _set_up(connection, request)
         protocol.send(connection, answer)
-        while planner is not None:
+        while ready is not None:
             request, _ = protocol.receive(connection)
-            answer, path = _attempt(connection, planner, request)
+            path = None
+            if request["asked"] == protocol.SCENE:
+                answer = ready.set_scene(connection, _problem(request))
+            else:
+                answer, path = _attempt(connection, ready.planner, request)
             protocol.send(connection, answer, path)
             if answer["ends"]:
                 return
@@ -112,9 +116,50 @@ class _Timed:
         self.cpu_s = max(0.0, used + below - self._used)
 
 
+@dataclass
+class _Ready:
+    """A planner that is set up.
+
+    Attributes:
+        env: for which.
+        scene: that it is ready for; None once it failed to get ready for one.
+    """
+
+    planner: Planner
+    env: Environment
+    scene: Environment | None
+
+    def set_scene(self, connection: socket.socket, problem: Problem) -> protocol.Message:
+        """Has the planner get ready for a problem's scene, if it is not."""
+        timed, scene = _Timed(connection), self.env.scene_of(problem)
+        another = scene is not self.scene
+        self.scene = None
+        fault, error = None, ""
+        try:
+            with timed:
+                if another:
+                    self.planner.set_scene(scene)
+                wait_for_devices()
+            self.scene = scene
+        except MemoryError:
+            fault, error = Fault.OUT_OF_MEMORY, _told()
+        except (Exception, SystemExit):  # noqa: BLE001  a planner may fail in any way
+            fault, error = Fault.ERROR, _told()
+        return {
+            "status": None if fault is None else fault.value,
+            "error": error,
+            "scene_s": timed.seconds,
+            "ends": fault is Fault.OUT_OF_MEMORY,
+        }
+
+
+def _problem(request: protocol.Message) -> Problem:
+    return Problem(request["start"], request["goal"], request["index"], request["seed"])
+
+
 def _set_up(
     connection: socket.socket, request: protocol.Message
-) -> tuple[Planner | None, protocol.Message]:
+) -> tuple[_Ready | None, protocol.Message]:
     """The planner, ready to solve, or None with the fault in the answer. Making it counts as
     setting up, importing it does not."""
     timed = _Timed(connection)
@@ -138,7 +183,7 @@ def _set_up(
         return None, _said_of_setup(timed, Fault.OUT_OF_MEMORY.value, _told())
     except (Exception, SystemExit):  # noqa: BLE001  a planner may fail in any way
         return None, _said_of_setup(timed, Fault.ERROR.value, _told())
-    return planner, {**_said_of_setup(timed, None, ""), "train_s": train_s}
+    return _Ready(planner, env, env), {**_said_of_setup(timed, None, ""), "train_s": train_s}
 
 
 def _said_of_setup(timed: _Timed, status: str | None, error: str) -> protocol.Message:
@@ -149,7 +194,7 @@ def _attempt(
     connection: socket.socket, planner: Planner, request: protocol.Message
 ) -> tuple[protocol.Message, np.ndarray | None]:
     """Solves one problem; the clock runs until the result is plain data in memory."""
-    problem = Problem(request["start"], request["goal"], request["index"], request["seed"])
+    problem = _problem(request)
     gc.collect()
     before, memory = Before.now(), MemoryPeak()
     timed = _Timed(connection, request["hard_limit_s"])

@@ -9,7 +9,16 @@ from time import monotonic
 from typing import Any, TypeVar
 
 from bench.execution import protocol
-from bench.execution.answers import Attempt, Clock, Exchange, SetUp, attempt_of, set_up_of, storable
+from bench.execution.answers import (
+    Attempt,
+    Clock,
+    Exchange,
+    SetUp,
+    attempt_of,
+    scene_of,
+    set_up_of,
+    storable,
+)
 from bench.execution.child_process import ChildProcess
 from bench.execution.launch import ONE_THREAD
 from bench.storage.record import Fault
@@ -87,6 +96,14 @@ class WorkerProcess:
         except _LostError as lost:
             return SetUp(lost.fault, lost.why, lost.spent_s)
 
+    def set_scene(self, problem: Problem, limit_s: float) -> SetUp:
+        """Has the planner get ready for the scene of a problem. After `CRASH`, `KILLED` or
+        `OUT_OF_MEMORY` the process is gone."""
+        try:
+            return self._ask({"asked": protocol.SCENE, **_said(problem)}, limit_s, scene_of)
+        except _LostError as lost:
+            return SetUp(lost.fault, lost.why, lost.spent_s)
+
     def solve(
         self, problem: Problem, time_limit_s: float, stop_cost: float, grace_s: float = GRACE_S
     ) -> Attempt:
@@ -95,10 +112,8 @@ class WorkerProcess:
         gone."""
         until_killed_s = hard_limit_s(time_limit_s, grace_s)
         request = {
-            "start": problem.start.tolist(),
-            "goal": problem.goal.tolist(),
-            "index": problem.index,
-            "seed": problem.seed,
+            "asked": protocol.PATH,
+            **_said(problem),
             "time_limit_s": time_limit_s,
             "hard_limit_s": until_killed_s,
             "stop_cost": stop_cost,
@@ -187,3 +202,12 @@ class WorkerProcess:
     def _lost(self, fault: Fault, reason: str, spent_s: float) -> _LostError:
         said = f"{reason}\n{self._child.last_output()}".strip()
         return _LostError(fault, storable(said), spent_s)
+
+
+def _said(problem: Problem) -> protocol.Message:
+    return {
+        "start": problem.start.tolist(),
+        "goal": problem.goal.tolist(),
+        "index": problem.index,
+        "seed": problem.seed,
+    }

@@ -13,6 +13,7 @@ from bench.judging.contact import Contact, first_contact
 from bench.storage.record import MOST_WAYPOINTS, Verdict
 from envs import Environment, Path, Problem
 from envs.collision.continuous import FIRST_QUERIES, UndecidedError
+from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 
 ENDPOINT_TOLERANCE = 1e-6
@@ -56,17 +57,27 @@ class Judge:
     """
 
     def __init__(self, env: Environment) -> None:
-        self._env = env
+        self._env = self._scene = env
         self._space = env.space
-        self._model = env.collision_model()
+        self._made: CollisionModel | None = None
+
+    def scene_of(self, problem: Problem) -> Environment:
+        """The environment in which it judges paths of a problem."""
+        scene = self._env.scene_of(problem)
+        if scene is not self._scene:
+            self._scene, self._made = scene, None
+        return scene
 
     @property
-    def env(self) -> Environment:
-        """The environment that it judges in."""
-        return self._env
+    def _model(self) -> CollisionModel:
+        """Of the scene that was asked for last."""
+        if self._made is None:
+            self._made = self._scene.collision_model()
+        return self._made
 
     def __call__(self, problem: Problem, claimed: Array | None) -> Judgement:
         """The verdict on a path (k, d) claimed for `problem`."""
+        self.scene_of(problem)
         try:
             path = Path(claimed).waypoints  # type: ignore[arg-type]  # whatever was claimed
         except ValueError as error:
@@ -100,13 +111,15 @@ class Judge:
             return Judgement(Verdict.COLLISION, "not proved free of collision", len(path), length)
         return Judgement(Verdict.VALID, "", len(path), length, margin)
 
-    def with_contact(self, judgement: Judgement, claimed: Array | None) -> Judgement:
-        """A judgement of this judge on a path, with where it collides and what with, if it does.
-        That takes longer than the verdict, so it is for whoever asks about one path."""
+    def with_contact(
+        self, judgement: Judgement, problem: Problem, claimed: Array | None
+    ) -> Judgement:
+        """A judgement of this judge on a path for a problem, with where it collides and what with,
+        if it does. That takes longer than the verdict, so it is for whoever asks about one path."""
         if judgement.verdict is not Verdict.COLLISION:
             return judgement
         path = Path(claimed).waypoints  # type: ignore[arg-type]  # it has been looked at
-        contact = first_contact(self._env, self._model, path)
+        contact = first_contact(self.scene_of(problem), self._model, path)
         return replace(judgement, reason=f"{judgement.reason}: {contact}", contact=contact)
 
     def _too_long(self, path: Array, length: float) -> str:
@@ -133,9 +146,13 @@ BLOCKED, FREE = "B", "F"
 def straight_lines(env: Environment, problems: Sequence[Problem]) -> str:
     """Of each problem whether its straight line is BLOCKED or FREE, by the check that the judge
     has, at its tolerance."""
-    model = env.collision_model()
-    free = (model.segment_is_free(problem.start, problem.goal) for problem in problems)
-    return "".join(FREE if is_free else BLOCKED for is_free in free)
+    scene, model, found = env, env.collision_model(), ""
+    for problem in problems:
+        if env.scene_of(problem) is not scene:
+            scene = env.scene_of(problem)
+            model = scene.collision_model()
+        found += FREE if model.segment_is_free(problem.start, problem.goal) else BLOCKED
+    return found
 
 
 def share_blocked(letters: str) -> float:

@@ -16,7 +16,7 @@ import pandas as pd
 from bench.analysis.run_results import RunResults
 from bench.judging.metric import Metric
 
-NUMERIC = ("problems", "n", "offline s")
+NUMERIC = ("problems", "n", "offline s", "scene s")
 """Columns to set flush right."""
 
 SPREADS = {"std": "standard deviation", "var": "variance"}
@@ -104,20 +104,27 @@ def success_rows(run: RunResults) -> list[dict[str, str]]:
 FURTHER_NOTE = "Further metrics of verified successes, each as above:"
 
 
+SCENE_TIME = "scene s"
+"""The title of how long planners took to get ready for a problem's scene, in the median."""
+
+
 def further_rows(run: RunResults) -> list[dict[str, str]]:
-    """The table of the metrics that are not in the main one, of those that have values here."""
+    """The table of the metrics that are not in the main one, of those that have values here, and of
+    the time for problems' scenes."""
     summary = run.summary
     metrics = [
         metric
         for metric in run.metrics
         if not metric.primary and summary[f"{metric.name}_mean"].notna().any()
     ]
-    if not metrics:
+    has_scenes = summary["scene_s_median"].notna().any()
+    if not metrics and not has_scenes:
         return []
     return [
         {
             "env": row["env"],
             "planner": row["planner"],
+            **({SCENE_TIME: number(row["scene_s_median"], 3)} if has_scenes else {}),
             **{run.heading(metric): _moments(row, metric, run.spread) for metric in metrics},
         }
         for row in summary.to_dict("records")

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from envs import Environment
-from envs.collision.shapes import Obstacle, Pose
+from envs.collision.shapes import Obstacle
 from envs.problem import Array
 from envs.spaces import Space
 
@@ -90,12 +90,12 @@ class RobotShape:
         self.links = surfaces[: self._robot.moving]
         self.still = _placed(
             [*surfaces[self._robot.moving :], triangles_of(env.scenery)],
-            [*map(_matrix, fixed), np.eye(4)[:3]],
+            [*fixed, np.eye(3, 4)],
         )
 
     def poses(self, q: Array) -> Array:
         """Rotations and translations (links, 3, 4) of what moves, at a configuration (d,)."""
-        return np.array([_matrix(pose) for pose in self._robot.poses(q)[: self._robot.moving]])
+        return self._robot.poses(q)[: self._robot.moving]
 
     def triangles(self, q: Array) -> Array:
         """The surface (n, 3, 3) of what moves, at a configuration (d,)."""
@@ -109,11 +109,6 @@ class RobotShape:
         places = [self._robot.trace(draws), self.triangles(draws[0]), self.still]
         reached = np.concatenate([place.reshape(-1, 3) for place in places])
         return reached.min(axis=0), reached.max(axis=0)
-
-
-def _matrix(pose: Pose) -> Array:
-    turn, shift = pose
-    return np.column_stack([np.eye(3) if turn is None else turn, shift])
 
 
 def _placed(surfaces: Sequence[Array], poses: Sequence[Array] | Array) -> Array:

@@ -62,6 +62,9 @@ class Record:
     `peak_memory_mb` is the most that the process held during the attempt, `attempt_memory_mb` how
     much that is more than it held before. What was not measured is None.
 
+    `scene_s` is how long the planner took to get ready for the problem's scene, None where all
+    problems have one scene.
+
     `repeat` tells attempts of one planner at one problem apart, from 0. `metrics` is JSON: the
     path's value of each metric by name (`bench.judging.metrics`), None where it has none, of
     verified solutions; of other judged paths as far as they mean something. In data frames each is
@@ -85,6 +88,7 @@ class Record:
     solved: int
     setup_s: float
     train_s: float
+    scene_s: float | None
     solve_s: float | None
     cpu_s: float | None
     load: float | None

@@ -24,8 +24,8 @@ TABLES = {
 """The columns of each table, without the digest of a row, which is its last."""
 
 _APPLICATION_ID = 0x504C4E42  # "PLNB"
-_VERSION = 4
-_READABLE = (1, 2, 3, _VERSION)
+_VERSION = 5
+_READABLE = (1, 2, 3, 4, _VERSION)
 _METRICS_OF_3 = ("length", "safety_margin", "travel_time", "smoothness", "waypoints")
 """Columns of older records whose values are among the metrics now."""
 
@@ -43,6 +43,9 @@ _SINCE_4 = {
     "metrics": f"metrics_of_3(verdict, solve_s, {', '.join(_METRICS_OF_3)})",
 }
 """The same of version 3 and before."""
+
+_SINCE_5 = {"scene_s": "NULL"}
+"""The same of version 4 and before."""
 
 _TABLES_OF_A_STORE = f"""
 CREATE TABLE records ({", ".join(COLUMNS)}, digest, UNIQUE ({", ".join(KEY)}));
@@ -63,21 +66,31 @@ def digest(columns: Sequence[str]) -> str:
 
 def _as_now(table: str, version: int) -> str:
     """SQL for an older table's columns as this version has them."""
-    lacking = {**_SINCE_4, **(_SINCE_3 if version < 3 else {})}
+    lacking = _lacking(version)
     return ", ".join(
         f"{lacking[column]} AS {column}" if column in lacking else column
         for column in TABLES[table]
     )
 
 
+def _lacking(version: int) -> dict[str, str]:
+    """The columns that records of an older version lack, and what stands for them."""
+    since = ((3, _SINCE_3), (4, _SINCE_4), (5, _SINCE_5))
+    return {name: sql for first, more in since if version < first for name, sql in more.items()}
+
+
 def _of_version(version: int, table: str) -> tuple[str, ...]:
     """The columns of a table in a store of some version, in its order, without the digest."""
     if table != "records" or version == _VERSION:
         return TABLES[table]
-    place = COLUMNS.index("metrics")
-    columns = (*COLUMNS[:place], *_METRICS_OF_3, *COLUMNS[place + 1 :])
-    lacking = {*_SINCE_4, *(_SINCE_3 if version < 3 else ())}
-    return tuple(column for column in columns if column not in lacking)
+    lacking = _lacking(version)
+    columns: list[str] = []
+    for column in COLUMNS:
+        if column == "metrics" and column in lacking:  # in columns of their own then
+            columns += _METRICS_OF_3
+        elif column not in lacking:
+            columns.append(column)
+    return tuple(columns)
 
 
 def _taken_over(table: str, version: int) -> str:

@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 
 from envs.collision.separation import separations, shapes_of
-from envs.collision.shapes import Obstacle, Pose, Robot
+from envs.collision.shapes import Obstacle, Robot
 from envs.problem import Array
 
 
@@ -66,14 +66,9 @@ class CheckedPairs:
 
     def _poses(self, q: Array) -> list[Array]:
         """(3, 4) each."""
-        return [*map(_matrix, self._robot.poses(q)), *self._still]
+        return [*self._robot.poses(q), *self._still]
 
     def _distance(self, poses: Sequence[Array], pair: tuple[int, int], most: float) -> float:
         i, j = pair
         [apart] = separations(self._shapes, i, j, np.array([[poses[i], poses[j]]]), most)
         return float(apart)
-
-
-def _matrix(pose: Pose) -> Array:
-    turn, shift = pose
-    return np.column_stack([np.eye(3) if turn is None else turn, shift])

@@ -30,6 +30,9 @@ from envs.spaces import Space
 
 Clearance = Callable[[Array], float]
 
+ClearanceUpTo = Callable[[Array, float], float]
+"""((d,), most) -> the clearance, or `most` where that is less."""
+
 Between = Callable[[Array, Array, float], Array]
 """(a, b, t) -> the configuration (d,) at t of the motion from a to b, see `Space.between`."""
 
@@ -116,7 +119,7 @@ class UndecidedError(Exception):
 
 
 def path_min_clearance(
-    clearance: Clearance,
+    clearance: ClearanceUpTo,
     waypoints: Array,
     bounds: Sequence[float],
     tolerance: float,
@@ -136,7 +139,8 @@ def path_min_clearance(
     Without more queries the result may be below the least clearance.
 
     Args:
-        clearance: (d,) -> signed distance to the obstacles, in workspace units.
+        clearance: ((d,), most) -> signed distance to the obstacles, in workspace units, or `most`
+            where that is less.
         bounds: k - 1 bounds on the speed of any point of the robot, one a segment.
         tolerance: in workspace units.
         most_queries: how often `clearance` may be asked. A motion along which no point travels
@@ -155,7 +159,7 @@ class _Search:
 
     def __init__(
         self,
-        clearance: Clearance,
+        clearance: ClearanceUpTo,
         waypoints: Array,
         bounds: Sequence[float],
         tolerance: float,
@@ -177,7 +181,7 @@ class _Search:
         last = len(self._waypoints) - 1
         stride = max(1, math.ceil(last / FIRST_QUERIES))
         knots = [*range(0, last, stride), last]
-        known = [self._at(self._waypoints[i]) for i in knots]
+        known = [self._at(self._waypoints[i], math.inf) for i in knots]
         if self._least <= self._tolerance:
             return self._least
         for (begin, end), ends in zip(pairwise(knots), pairwise(known), strict=True):
@@ -200,11 +204,13 @@ class _Search:
             raise UndecidedError
         return min(self._least, lowest + self._tolerance)
 
-    def _at(self, q: Array) -> float:
+    def _at(self, q: Array, reach: float) -> float:
+        """The clearance at a configuration (d,), as far as it matters to what is within `reach`,
+        which is all above the floor if the clearance is by as much."""
         if self._left <= 0:
             raise UndecidedError
         self._left -= 1
-        distance = self._clearance(q)
+        distance = self._clearance(q, self._floor() + reach)
         self._least = min(self._least, distance)
         return distance
 
@@ -235,7 +241,7 @@ class _Search:
             meeting = (low + high) / 2 + (at_low - at_high) / (2 * self._bounds[first])
             # Rounding may put the meeting point on an end, where splitting would gain nothing.
             t = min(max(meeting, low + 0.05 * (high - low)), high - 0.05 * (high - low))
-            distance = self._at(self._between(a, b, t))
+            distance = self._at(self._between(a, b, t), self._reach(first, last, low, high))
             self._add(first, last, low, t, at_low, distance)
             self._add(first, last, t, high, distance, at_high)
             return
@@ -244,7 +250,7 @@ class _Search:
         place = self._along[first] + share * reach
         middle = int(np.searchsorted(self._along, place))
         middle = min(max(middle, first + 1), last)
-        distance = self._at(self._waypoints[middle])
+        distance = self._at(self._waypoints[middle], reach)
         self._add(first, middle - 1, 0.0, 1.0, at_low, distance)
         self._add(middle, last, 0.0, 1.0, distance, at_high)
 

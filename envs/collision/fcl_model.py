@@ -10,8 +10,10 @@ which FCL has in closed form. Whether anything touches FCL is asked as well.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise, starmap
+from itertools import compress, pairwise, starmap
+from operator import not_
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import fcl
 import numpy as np
@@ -20,21 +22,23 @@ from numpy.typing import NDArray
 from envs.collision import continuous
 from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
-from envs.collision.gjk import least_distance, put
-from envs.collision.separation import least_separation, separations, shapes_of
-from envs.collision.shapes import Obstacle, Robot
+from envs.collision.separation import Shapes, clearances_of_each, shapes_of
+from envs.collision.shapes import POINT, Obstacle, Robot
 from envs.problem import Array
 from envs.spaces import Space
 
 Allowed = Callable[[Array], NDArray[np.bool_]]
 
+Prover = Callable[[Array, Array, float], tuple[float, bool]]
+"""(a, b, tolerance) -> a place t on the motion at which more than the tolerance is not proved to be
+kept, or -1 where it is proved of all of the motion; and whether it is known as well that nothing is
+within another there."""
+
 _NEAR = 5e-3
 """Distances of our own up to this, in workspace units, count only if FCL finds no contact."""
 
 _TOUCH = 1e-6
-"""Workspace units beyond which it does not matter, to contact, how far things are apart."""
-
-LowerBounds = Callable[[Array, float], Array]
+"""The size of a clearance where nothing is touched, but the robot is where it must not be."""
 
 
 class CollisionModel:
@@ -54,10 +58,10 @@ class CollisionModel:
             lies between may be refused.
         allowed: (n, d) -> (n,) of bool, where configurations may be that touch nothing; constant
             between obstacles' surfaces. None for everywhere.
-        lower_bounds: ((d,), most) -> (moving,), never more than the distances of the robot's
-            moving shapes from the obstacles and from others that they must not touch; what is
-            farther than `most` need not be known. What they prove is not asked of FCL. None for no
-            such bounds.
+        allowed_apart: whether nothing but insides are not `allowed`: what is known not to be within
+            anything is where it may be, and is not asked of `allowed`.
+        prover: quick proofs of motions; what it does not decide is asked of this model. None for no
+            such proofs.
         space: whose shortest ways motions are; by default straight lines of the numbers. The
             robot's `motion_bound` is of the same.
 
@@ -71,8 +75,10 @@ class CollisionModel:
         obstacles: Sequence[Obstacle],
         tolerance: float = DEFAULT_TOLERANCE,
         allowed: Allowed | None = None,
-        lower_bounds: LowerBounds | None = None,
         space: Space | None = None,
+        *,
+        allowed_apart: bool = False,
+        prover: Prover | None = None,
     ) -> None:
         if not (tolerance > 0 and np.isfinite(tolerance)):
             raise ValueError(f"tolerance must be positive, not {tolerance}")
@@ -81,39 +87,35 @@ class CollisionModel:
         self._space = space
         self._between = continuous.straight if space is None else space.between
         self.checks = 0
-        self._bodies = [fcl.CollisionObject(shape.fcl_geometry()) for shape in robot.shapes]
+        solids, self._shapes = _looked_up(robot)
+        self._bodies = [fcl.CollisionObject(solid) for solid in solids]
         self._offsets = [shape.offset for shape in robot.shapes]
         self._allowed = allowed
+        self._allowed_apart = allowed_apart
         self._obstacles = [_placed(obstacle) for obstacle in obstacles]
         self._manager = _manager(self._obstacles)
-        boxes = [f for o, f in zip(obstacles, self._obstacles, strict=True) if o.exact_in_fcl]
-        self._boxes = _manager(boxes) if boxes else None
-        around = [o for o in obstacles if not o.exact_in_fcl]
-        self._has_others = bool(around)
-        self._around = shapes_of(around)
-        self._shapes = shapes_of(robot.shapes)
-        self._has_meshes = bool(len(self._around.trees.radii) or len(self._shapes.trees.radii))
+        self._is_ball = self._shapes.rows[:, 16] == POINT  # whose rotation does not matter
+        by_fcl = [o.exact_in_fcl and bool(self._is_ball.all()) for o in obstacles]
+        boxes = list(compress(self._obstacles, by_fcl))
+        self._boxes: Any = _manager(boxes) if boxes else None
+        self._around = shapes_of(list(compress(obstacles, map(not_, by_fcl))))
         self._collision = fcl.CollisionRequest()
         self._others: list[list[int]] = [[] for _ in range(robot.moving)]
         for a, b in robot.pairs:  # each pair is asked of one of the two, which moves
             self._others[a].append(b)
-        self._lower_bounds = lower_bounds
-        self._no_bounds = np.full(robot.moving, -np.inf)
+        self._pairs = np.array(robot.pairs, dtype=np.int64).reshape(-1, 2)
+        self._asks_boxes_alone = not (len(self._around.rows) or len(self._pairs))
+        self._prover = prover
 
     def is_valid(self, q: Array) -> bool:
         """Whether the robot touches nothing at a configuration (d,). Ignores the bounds."""
         self.checks += 1
-        bounds = self._bounds(q, _TOUCH)
-        near = [number for number, bound in enumerate(bounds) if bound <= 0]
-        if near:
-            self._place(q)
-        touches = any(
-            self._touches(self._manager, body)
-            or self._touches_itself(body)
-            or self._own_distance(body, _TOUCH) <= 0
-            for body in near
-        )
-        return not touches and self._on_the_right_side(q)
+        self._place(q)
+        apart, known = self._own_clearances(_NEAR)
+        if apart.min() <= 0:
+            return False
+        asked = apart < _NEAR if self._boxes is None else apart > 0
+        return not self._touch(asked) and self._on_the_right_side(q, known)
 
     def clearance(self, q: Array, most: float = np.inf) -> float:
         """The distance from robot to obstacles at a configuration (d,), in workspace units, or
@@ -124,19 +126,32 @@ class CollisionModel:
         """
         self.checks += 1
         self._place(q)
-        bounds = self._bounds(q, most)
-        least = most
-        for body in np.argsort(bounds, kind="stable"):
-            if bounds[body] >= least:
-                break
-            least = min(least, self._distance_of(body, least))
-        return least if self._on_the_right_side(q) else -max(abs(least), _TOUCH)
+        if self._boxes is None:
+            apart, known = self._own_clearances(most)
+        else:
+            boxes = self._from_boxes(most)
+            apart, known = self._own_clearances(float(boxes.min()))
+            apart = np.minimum(apart, boxes)
+        least = float(apart.min())
+        if 0 < least <= _NEAR:
+            least = 0.0 if self._touch((apart <= _NEAR) & (apart < most)) else least
+        return least if self._on_the_right_side(q, known) else -max(abs(least), _TOUCH)
 
     def segment_is_free(self, a: Array, b: Array) -> bool:
         """Whether the motion between configurations a and b (d,) is proved free.
 
-        See `continuous.segment_is_free`, to `self.tolerance`.
+        See `continuous.segment_is_free`, to `self.tolerance`. What is proved, or refuted, with as
+        much in hand as that leaves open, is not searched again.
         """
+        if self._prover is not None:
+            place, known = self._prover(a, b, 2 * self.tolerance)
+            if place < 0:  # so no search would find less than the tolerance, and insides stay so
+                return self._on_the_right_side(a, known)
+            if self.clearance(self._between(a, b, place), self.tolerance) <= self.tolerance / 2:
+                return False
+            if len(self._pairs):  # near each other wherever it moves: one bound of all is too much
+                place, known = self._prover(a, b, self.tolerance)
+                return place < 0 and self._on_the_right_side(a, known)
         bound = self.robot.motion_bound(a, b)
         # More than proves all of the motion at once, and than the tolerance.
         enough = bound + 2 * self.tolerance
@@ -193,60 +208,46 @@ class CollisionModel:
         lengths: Array = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
         return lengths
 
-    def _touches(self, manager: Any, body: int) -> bool:
-        data = fcl.CollisionData()
-        manager.collide(self._body(body), data, fcl.defaultCollisionCallback)
-        return bool(data.result.is_collision)
+    def _touch(self, bodies: NDArray[np.bool_]) -> bool:
+        """Whether FCL finds any of some shapes (moving,) in contact."""
+        return any(self._touches(body) for body in bodies.nonzero()[0].tolist())
 
-    def _touches_itself(self, body: int) -> bool:
-        one = self._body(body)
-        return any(
+    def _touches(self, body: int) -> bool:
+        """Whether FCL finds a shape in contact with anything that it must not touch."""
+        data, one = fcl.CollisionData(), self._body(body)
+        self._manager.collide(one, data, fcl.defaultCollisionCallback)
+        return data.result.is_collision or any(
             fcl.collide(one, self._body(other), self._collision, fcl.CollisionResult())
             for other in self._others[body]
         )
 
-    def _distance_of(self, body: int, most: float) -> float:
-        """The distance of a shape from all that it must not touch, or something above `most`."""
-        least = most
-        if self._boxes is not None:
+    def _from_boxes(self, most: float) -> Array:
+        """The distances (moving,) of the robot's shapes, balls, from boxes along the axes, or
+        `most` where that is less."""
+        found = np.empty(self.robot.moving)
+        for body in range(len(found)):
             data = fcl.DistanceData()
             self._boxes.distance(self._body(body), data, fcl.defaultDistanceCallback)
-            least = min(least, data.result.min_distance)
-        least = min(least, self._own_distance(body, least))
-        if 0 < least <= _NEAR and (
-            self._touches(self._manager, body) or self._touches_itself(body)
-        ):
-            return 0.0
-        return least
+            found[body] = min(data.result.min_distance, most)
+        return found
 
-    def _own_distance(self, body: int, most: float) -> float:
-        """The same, without boxes along the axes: see `separation`."""
-        least = most
-        if self._has_others:
-            turn, shift = self._poses[body]
-            turn = _UNTURNED if turn is None else turn
-            if self._has_meshes:
-                found = least_separation(self._shapes, body, turn, shift, self._around, least)
-            else:  # the same, in less time: trees that are empty are handed over as well
-                row = put(self._shapes.rows[body], turn, np.asarray(shift))
-                found = least_distance(row, self._around.rows, least)
-            least = min(least, found)
-        for other in self._others[body]:
-            poses = np.array([[self._pose(body), self._pose(other)]])
-            least = min(least, separations(self._shapes, body, other, poses, least)[0])
-        return least
+    def _own_clearances(self, most: float) -> tuple[Array, bool]:
+        """What the robot's shapes keep (moving,) from all else that they must not touch, and
+        whether it is known that nothing is within another: see `clearances_of_each`."""
+        if self._asks_boxes_alone:
+            return np.full(self.robot.moving, most), True
+        found = np.empty(self.robot.moving)
+        known = clearances_of_each(
+            self._shapes, self._poses, self._around, self._pairs, most, _NEAR, found
+        )
+        return found, known
 
-    def _pose(self, number: int) -> Array:
-        turn, shift = self._poses[number]
-        return np.column_stack([_UNTURNED if turn is None else turn, shift])
-
-    def _bounds(self, q: Array, most: float) -> Array:
-        if self._lower_bounds is None:
-            return self._no_bounds
-        return self._lower_bounds(q, most)
-
-    def _on_the_right_side(self, q: Array) -> bool:
-        return self._allowed is None or bool(self._allowed(q[None])[0])
+    def _on_the_right_side(self, q: Array, known: bool) -> bool:
+        """Whether a configuration (d,) that touches nothing is where it may be; `known` says that
+        nothing is within another."""
+        if self._allowed is None or (known and self._allowed_apart):
+            return True
+        return bool(self._allowed(q[None])[0])
 
     def _place(self, q: Array) -> None:
         """Takes the robot to a configuration; its shapes follow when they are asked for."""
@@ -257,16 +258,23 @@ class CollisionModel:
         body = self._bodies[number]
         if self._waiting[number]:
             self._waiting[number] = False
-            rotation, translation = self._poses[number]
-            offset = self._offsets[number]
-            if rotation is None:
-                body.setTranslation(translation if offset is None else translation + offset)
+            pose, offset = self._poses[number], self._offsets[number]
+            if self._is_ball[number]:
+                body.setTranslation(pose[:, 3] if offset is None else pose[:, 3] + offset)
             else:
-                body.setTransform(_transform(rotation, translation, offset))
+                body.setTransform(_transform(pose[:, :3], pose[:, 3], offset))
         return body
 
 
-_UNTURNED = np.eye(3)
+_KNOWN: WeakKeyDictionary[Robot, tuple[list[fcl.CollisionGeometry], Shapes]] = WeakKeyDictionary()
+
+
+def _looked_up(robot: Robot) -> tuple[list[fcl.CollisionGeometry], Shapes]:
+    """A robot's shapes as FCL has them and as compiled code does, made once for as long as there is
+    the robot: scenes of problem sets share one, and its meshes take long."""
+    if robot not in _KNOWN:
+        _KNOWN[robot] = [shape.fcl_geometry() for shape in robot.shapes], shapes_of(robot.shapes)
+    return _KNOWN[robot]
 
 
 def _manager(objects: Sequence[Any]) -> Any:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.shapes import BOX, CYLINDER, ROW, TRIANGLE
+from envs.collision.shapes import BOX, MESH, POINT, ROW, TRIANGLE
 from envs.compiled import njit_cached, njit_hot
 
 _PRECISION = 1e-7
@@ -35,25 +35,15 @@ def distance(a: Any, b: Any, most: float) -> float:
     Within `_PRECISION` of the distance, and 0 where they touch or overlap; or else at least
     `most`, as soon as the distance is proved to be. Never above the distance, but for rounding.
     """
-    return _bounds(a, b, most)[0]
+    none = np.empty((0, 3))
+    return hull_distance(a, none, b, none, most)
 
 
 @njit_cached
-def least_distance(row: Any, others: Any, most: float) -> float:
-    """The least `distance` of a solid (ROW,) from others (n, ROW), or something above `most`."""
-    least = most
-    for n in range(len(others)):
-        least = min(least, distance(row, others[n], least))
-    return least
-
-
-@njit_cached
-def put(row: Any, turn: Any, shift: Any) -> Any:
-    """The row (ROW,) of a solid after a rotation (3, 3) and a translation (3,)."""
-    pose, found = np.empty((3, 4)), np.empty(ROW)
-    pose[:, :3], pose[:, 3] = turn, shift
-    moved(row, pose, found)
-    return found
+def hull_distance(a: Any, corners: Any, b: Any, other_corners: Any, most: float) -> float:
+    """As `distance`, of solids or meshes, of which it is that of their hulls: their corners (k, 3)
+    from the centres of their rows, along the rows' axes; none of a solid."""
+    return _bounds(a, corners, b, other_corners, most)[0]
 
 
 @njit_cached
@@ -73,7 +63,7 @@ def moved(row: Any, pose: Any, out: Any) -> None:
 
 
 @njit_cached
-def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
+def _bounds(a: Any, corners: Any, b: Any, other_corners: Any, most: float) -> tuple[float, float]:
     """At most and at least the distance between two solids; both lack `most`, see `distance`.
 
     Their cores are searched, and the radii about them taken off in the end.
@@ -93,8 +83,8 @@ def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
     for _ in range(_STEPS):
         if length <= _PRECISION:
             break
-        ax, ay, az = _support(a, -x, -y, -z)
-        bx, by, bz = _support(b, x, y, z)
+        ax, ay, az = _support(a, corners, -x, -y, -z)
+        bx, by, bz = _support(b, other_corners, x, y, z)
         wx, wy, wz = center_x + (ax - bx), center_y + (ay - by), center_z + (az - bz)
         lower = max(lower, (x * wx + y * wy + z * wz) / length)
         if lower - rounding >= most or length - lower <= _PRECISION * max(1.0, length):
@@ -109,10 +99,10 @@ def _bounds(a: Any, b: Any, most: float) -> tuple[float, float]:
 
 
 @njit_cached
-def _support(row: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
+def _support(row: Any, corners: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
     """From the centre of a solid's core, the core's point furthest along a direction."""
     kind = row[16]
-    if kind != BOX and kind != CYLINDER and kind != TRIANGLE:
+    if kind == POINT:
         return 0.0, 0.0, 0.0
     p = row[0] * x + row[1] * y + row[2] * z
     q = row[3] * x + row[4] * y + row[5] * z
@@ -120,7 +110,9 @@ def _support(row: Any, x: float, y: float, z: float) -> tuple[float, float, floa
     if kind == TRIANGLE:
         corner = 0 if p >= q and p >= r else 3 if q >= r else 6
         return row[corner], row[corner + 1], row[corner + 2]
-    if kind == BOX:
+    if kind == MESH:
+        p, q, r = _furthest(corners, p, q, r)
+    elif kind == BOX:
         p, q = math.copysign(row[12], p), math.copysign(row[13], q)
         r = math.copysign(row[14], r)
     else:
@@ -132,6 +124,17 @@ def _support(row: Any, x: float, y: float, z: float) -> tuple[float, float, floa
         row[1] * p + row[4] * q + row[7] * r,
         row[2] * p + row[5] * q + row[8] * r,
     )
+
+
+@njit_hot
+def _furthest(corners: Any, p: float, q: float, r: float) -> tuple[float, float, float]:
+    """Of corners (k, 3), the one furthest along a direction."""
+    best, which = -np.inf, 0
+    for n in range(len(corners)):
+        along = corners[n, 0] * p + corners[n, 1] * q + corners[n, 2] * r
+        if along > best:
+            best, which = along, n
+    return corners[which, 0], corners[which, 1], corners[which, 2]
 
 
 @njit_cached

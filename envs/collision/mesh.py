@@ -138,16 +138,29 @@ class Containment:
     """
 
     def __init__(self, robot: Robot, obstacles: Sequence[Obstacle]) -> None:
-        self._robot = robot
-        self._points = [shape.piece_points() for shape in robot.shapes]
-        self._link_meshes = [
-            (number, shape) for number, shape in enumerate(robot.shapes) if isinstance(shape, Mesh)
-        ]
-        self._meshes = [(o.solid, o.pose) for o in obstacles if isinstance(o.solid, Mesh)]
-        self._obstacle_points = np.concatenate(
-            [np.zeros((0, 3)), *(obstacle.piece_points() for obstacle in obstacles)]
-        )
-        self.possible = bool(self._meshes or self._link_meshes)
+        self._robot, shapes = robot, robot.shapes
+        points = [shape.piece_points() for shape in shapes]
+        self._points = np.concatenate(points)
+        self._owners = np.repeat(np.arange(len(shapes)), [len(some) for some in points])
+        self._around = np.concatenate([np.zeros((0, 3)), *(o.piece_points() for o in obstacles)])
+        numbers = [n for n, shape in enumerate(shapes) if isinstance(shape, Mesh)]
+        self._meshes = [shape for shape in shapes if isinstance(shape, Mesh)]
+        self._numbers = np.array(numbers, dtype=np.int64)
+        self._asked = self._pairs()[numbers]
+        self._obstacles = [(o.solid, o.pose) for o in obstacles if isinstance(o.solid, Mesh)]
+        bounds = [mesh.bounds for mesh in self._meshes]
+        self._low, self._high = np.array(bounds).reshape(-1, 2, 1, 3).swapaxes(0, 1)
+        self.possible = bool(self._obstacles or self._meshes)
+
+    def _pairs(self) -> NDArray[np.bool_]:
+        """Whether a point, of the robot's pieces and then of those about it, must not be within a
+        shape: (shapes, points) of bool."""
+        count, moving = len(self._robot.shapes), self._robot.moving
+        pairs = np.zeros((count, count), dtype=np.bool_)
+        for a, b in self._robot.pairs:
+            pairs[a, b] = pairs[b, a] = True
+        around = np.arange(count)[:, None] < moving
+        return np.hstack([pairs[:, self._owners], np.repeat(around, len(self._around), axis=1)])
 
     def __call__(self, q: Array) -> NDArray[np.bool_]:
         """(n,) of bool, at configurations (n, d)."""
@@ -160,33 +173,34 @@ class Containment:
 
     def _within(self, q: Array) -> bool:
         poses, points = self._placed(q)
-        moving = np.concatenate(points[: self._robot.moving])
-        for mesh, pose in self._meshes:
-            if _is_inside(mesh, pose[:3, :3], pose[:3, 3], moving):
+        moving = points[self._owners < self._robot.moving]
+        for mesh, pose in self._obstacles:
+            there = (moving - pose[:3, 3]) @ pose[:3, :3]
+            low, high = mesh.bounds
+            if _has_inside(mesh, there[((there >= low) & (there <= high)).all(axis=1)]):
                 return True
         return self._encloses(poses, points)
 
-    def _placed(self, q: Array) -> tuple[list[tuple[Array, Array]], list[Array]]:
-        """The poses of the robot's shapes, and the points of the pieces of each."""
-        placed = self._robot.poses(q)
-        poses = [(np.eye(3) if turn is None else turn, shift) for turn, shift in placed]
-        points = [p @ turn.T + shift for p, (turn, shift) in zip(self._points, poses, strict=True)]
+    def _placed(self, q: Array) -> tuple[Array, Array]:
+        """The poses (p, 3, 4) of the robot's shapes, and the points (k, 3) of their pieces."""
+        poses = self._robot.poses(q)
+        of_each = poses[self._owners]
+        points = np.einsum("kij,kj->ki", of_each[:, :, :3], self._points) + of_each[:, :, 3]
         return poses, points
 
-    def _encloses(self, poses: Sequence[tuple[Array, Array]], points: Sequence[Array]) -> bool:
-        robot = self._robot
-        for number, mesh in self._link_meshes:
-            others = [points[b if a == number else a] for a, b in robot.pairs if number in (a, b)]
-            if number < robot.moving:
-                others.append(self._obstacle_points)
-            if others and _is_inside(mesh, *poses[number], np.concatenate(others)):
-                return True
-        return False
+    def _encloses(self, poses: Array, points: Array) -> bool:
+        if not self._meshes:
+            return False
+        poses, points = poses[self._numbers], np.concatenate([points, self._around])
+        there = (points - poses[:, None, :, 3]) @ poses[:, :, :3]
+        # What is beside its vertices is outside a mesh; so is nearly all that is asked.
+        asked = self._asked & ((there >= self._low) & (there <= self._high)).all(axis=2)
+        return any(
+            _has_inside(self._meshes[n], there[n, asked[n]])
+            for n in np.flatnonzero(asked.any(axis=1))
+        )
 
 
-def _is_inside(mesh: Mesh, turn: Array, shift: Array, points: Array) -> bool:
-    there = (points - shift) @ turn
-    # What is beside its vertices is outside; so is nearly all that is asked.
-    low, high = mesh.bounds
-    there = there[((there >= low) & (there <= high)).all(axis=1)]
-    return len(there) > 0 and bool(queries(mesh).is_inside(there).any())
+def _has_inside(mesh: Mesh, points: Array) -> bool:
+    """Whether any of some points (n, 3) is within a mesh, in its frame."""
+    return len(points) > 0 and bool(queries(mesh).is_inside(points).any())

@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.gjk import compose, distance, moved
+from envs.collision.gjk import compose, distance, hull_distance, moved
+from envs.collision.hull import hull_of
 from envs.collision.mesh_distance import mesh_to_mesh, solid_to_mesh
 from envs.collision.mesh_tree import Trees, trees_of
-from envs.collision.shapes import ROW, Mesh, Obstacle
+from envs.collision.shapes import POINT, ROW, Mesh, Obstacle
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 
@@ -25,13 +26,20 @@ class Shapes(NamedTuple):
     """Placed shapes as compiled code sees them, each in the frame that it is placed in.
 
     Attributes:
-        rows: (p, ROW), see `envs.collision.shapes.solid`.
+        rows: (p, ROW), see `envs.collision.shapes.solid`; those of meshes stand for their hulls,
+            see `envs.collision.hull`.
+        corners: (k, 3) of the hulls of meshes, from the centres of their rows along their axes.
+        first_corners: (p + 1,) where each shape's begin.
+        are_hulls: (p,) of bool, meshes that are the surfaces of their hulls.
         poses: (p, 3, 4) of the shapes.
         roots: (p,) of the trees of those that are meshes, -1 of others.
         trees: of all meshes.
     """
 
     rows: Array
+    corners: Array
+    first_corners: NDArray[np.int64]
+    are_hulls: NDArray[np.bool_]
     poses: Array
     roots: NDArray[np.int64]
     trees: Trees
@@ -39,11 +47,20 @@ class Shapes(NamedTuple):
 
 def shapes_of(placed: Sequence[Obstacle]) -> Shapes:
     """What compiled code is given of shapes."""
-    trees, found = trees_of([one.solid for one in placed if isinstance(one.solid, Mesh)])
-    roots = np.full(len(placed), -1)
-    roots[[isinstance(one.solid, Mesh) for one in placed]] = found
+    rows = np.array([one.solid.distance_row(one.pose) for one in placed]).reshape(-1, ROW)
+    roots, are_hulls = np.full(len(placed), -1), np.zeros(len(placed), dtype=np.bool_)
+    meshes = {n: one.solid for n, one in enumerate(placed) if isinstance(one.solid, Mesh)}
+    trees, roots[list(meshes)] = trees_of(list(meshes.values()))
+    corners = [np.empty((0, 3)) for _ in placed]
+    for n, mesh in meshes.items():
+        hull = hull_of(mesh)
+        corners[n] = hull.corners - mesh.bounding_sphere()[0]
+        rows[n, 17], are_hulls[n] = hull.radius, hull.is_surface
     return Shapes(
-        np.array([one.solid.distance_row(one.pose) for one in placed]).reshape(-1, ROW),
+        rows,
+        np.concatenate([np.empty((0, 3)), *corners]),
+        np.cumsum([0, *map(len, corners)]),
+        are_hulls,
         np.array([one.pose[:3] for one in placed]).reshape(-1, 3, 4),
         roots,
         trees,
@@ -59,12 +76,43 @@ def separation(
 
     Their rows (ROW,) and the poses (3, 4) of the frames that they are placed in are those of now.
     """
+    return separated(a, i, row, pose, b, j, other, at, most)[0]
+
+
+@njit_cached
+def separated(
+    a: Any, i: int, row: Any, pose: Any, b: Any, j: int, other: Any, at: Any, most: float
+) -> tuple[float, bool]:
+    """The `separation` of two shapes, and whether it is known as well, if they are apart, that
+    neither is within the other: False only of meshes."""
     if a.roots[i] < 0 and b.roots[j] < 0:
-        return float(distance(row, other, most))
+        return float(distance(row, other, most)), True
     x, y, z = row[9] - other[9], row[10] - other[10], row[11] - other[11]
     apart = math.sqrt(x * x + y * y + z * z) - row[15] - other[15]
     if apart >= most:
-        return float(apart)
+        return apart, apart > 0.0
+    # A ball is asked of the surface at once, which takes no longer.
+    hulls = 0.0
+    if row[16] != POINT and other[16] != POINT:
+        hulls = hull_distance(row, _corners(a, i), other, _corners(b, j), most)
+        exact = (a.roots[i] < 0 or a.are_hulls[i]) and (b.roots[j] < 0 or b.are_hulls[j])
+        if hulls > 0.0 and (exact or hulls >= most):
+            return hulls, True
+    surfaces = _surface_separation(a, i, pose, b, j, other, at, row, most)
+    return max(hulls, surfaces), hulls > 0.0
+
+
+@njit_cached
+def _corners(shapes: Any, number: int) -> Any:
+    """Of the hull of a shape, see `Shapes`."""
+    return shapes.corners[shapes.first_corners[number] : shapes.first_corners[number + 1]]
+
+
+@njit_cached
+def _surface_separation(
+    a: Any, i: int, pose: Any, b: Any, j: int, other: Any, at: Any, row: Any, most: float
+) -> float:
+    """The `separation` of two shapes of which one is a mesh or both are, by their surfaces."""
     here, there, between = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
     if a.roots[i] >= 0 and b.roots[j] >= 0:
         compose(pose, a.poses[i], here)
@@ -82,17 +130,78 @@ def separation(
 
 
 @njit_cached
-def least_separation(a: Any, i: int, turn: Any, shift: Any, around: Any, most: float) -> float:
-    """The least `separation` of shape i of `a`, after a rotation (3, 3) and a translation (3,),
-    from shapes that stand still; or something above `most`."""
-    pose, still, row = np.empty((3, 4)), np.eye(3, 4), np.empty(ROW)
-    pose[:, :3], pose[:, 3] = turn, shift
-    moved(a.rows[i], pose, row)
-    least = most
-    for j in range(len(around.rows)):
-        apart = separation(a, i, row, pose, around, j, around.rows[j], still, least)
+def clearances_of_each(
+    shapes: Any, poses: Any, around: Any, pairs: Any, most: float, near: float, found: Any
+) -> bool:
+    """Writes what each moving shape keeps, (moving,), from shapes that stand still and from others
+    that it must not touch, as `separation` has it: of all that are no farther than the nearest, or
+    than `near`; of others something at least as great. `most` where that is less, and of whatever
+    is not asked any more once something touches.
+
+    Args:
+        shapes: the robot's, whose frames are at `poses` (p, 3, 4).
+        around: those that stand still.
+        pairs: (k, 2); each counts for the first of the two, which moves.
+
+    Returns:
+        Whether it is known as well that nothing is within another.
+    """
+    rows, still = np.empty((len(shapes.rows), ROW)), np.eye(3, 4)
+    for part in range(len(rows)):
+        moved(shapes.rows[part], poses[part], rows[part])
+    found[:] = most
+    each, gaps = _near_pairs(rows, around.rows, pairs, len(found), most)
+    least, known = most, True
+    for n in np.argsort(gaps):  # the nearest first, which spare most others
+        if gaps[n] >= max(least, near) or least <= 0.0:
+            break
+        part, j = each[n, 0], each[n, 1]
+        here = min(found[part], max(least, near))
+        if j < len(rows):
+            apart, is_known = separated(
+                shapes, part, rows[part], poses[part], shapes, j, rows[j], poses[j], here
+            )
+        else:
+            j -= len(rows)
+            apart, is_known = separated(
+                shapes, part, rows[part], poses[part], around, j, around.rows[j], still, here
+            )
+        found[part], known = min(found[part], apart), known and is_known
         least = min(least, apart)
-    return least
+    return known
+
+
+@njit_cached
+def _near_pairs(rows: Any, around: Any, pairs: Any, moving: int, most: float) -> tuple[Any, Any]:
+    """The pairs (k, 2) of shapes, the first of which moves, whose spheres are less than `most`
+    apart, and how far these are (k,). Those that stand still count from the number of rows on."""
+    count = len(pairs) + moving * len(around)
+    each, gaps, n = np.empty((count, 2), dtype=np.int64), np.empty(count), 0
+    for pair in pairs:
+        each[n, 0], each[n, 1] = pair[0], pair[1]
+        gaps[n] = _gap(rows[pair[0]], rows[pair[1]])
+        n += gaps[n] < most
+    for part in range(moving):
+        for j in range(len(around)):
+            each[n, 0], each[n, 1] = part, len(rows) + j
+            gaps[n] = _gap(rows[part], around[j])
+            n += gaps[n] < most
+    return each[:n], gaps[:n]
+
+
+@njit_hot
+def _gap(row: Any, other: Any) -> float:
+    """Between the spheres that hold two shapes."""
+    x, y, z = row[9] - other[9], row[10] - other[10], row[11] - other[11]
+    return math.sqrt(x * x + y * y + z * z) - float(row[15]) - float(other[15])
+
+
+@njit_hot
+def are_beyond(row: Any, other: Any, most: float) -> bool:
+    """Whether the spheres that hold two shapes are at least `most` apart."""
+    x, y, z = row[9] - other[9], row[10] - other[10], row[11] - other[11]
+    beyond: float = most + row[15] + other[15]
+    return bool(x * x + y * y + z * z >= beyond * beyond)
 
 
 @njit_cached

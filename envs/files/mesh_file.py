@@ -70,6 +70,26 @@ def read_mesh(file: str | Path) -> FileMesh:
     Raises:
         InputError: there is no such file, or it holds no usable mesh.
     """
+    soup = _read(file)
+    if len(soup.faces) == 0:
+        raise InputError(f"{file} holds no faces; a cloud of points has to be meshed first")
+    if len(soup.faces) > MOST_FACES:
+        raise InputError(f"{file} has {len(soup.faces)} faces, more than {MOST_FACES}: simplify it")
+    return _cleaned(soup, file)
+
+
+def read_points(file: str | Path) -> Array:
+    """Reads the points (n, 3) of a file that `read_mesh` takes: those that its faces use or, of one
+    without faces (OBJ, PLY, OFF), all of them.
+
+    Raises:
+        InputError: there is no such file, or it cannot be read.
+    """
+    soup = _read(file)
+    return soup.vertices[np.unique(soup.faces)] if len(soup.faces) else soup.vertices
+
+
+def _read(file: str | Path) -> Soup:
     path = Path(file)
     if path.suffix.lower() not in FORMATS:
         raise InputError(
@@ -83,12 +103,7 @@ def read_mesh(file: str | Path) -> FileMesh:
         raise InputError(f"{file} is empty")
     if size > _MOST_BYTES:
         raise InputError(f"{file} has {size} bytes; meshes of at most {_MOST_BYTES} are read")
-    soup = _parsed(path)
-    if len(soup.faces) == 0:
-        raise InputError(f"{file} holds no faces; a cloud of points has to be meshed first")
-    if len(soup.faces) > MOST_FACES:
-        raise InputError(f"{file} has {len(soup.faces)} faces, more than {MOST_FACES}: simplify it")
-    return _cleaned(soup, file)
+    return _parsed(path)
 
 
 def _parsed(path: Path) -> Soup:

@@ -9,24 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.mesh import queries
-from envs.collision.separation import Shapes, separations
+from envs.collision.separation import Shapes
 from envs.collision.shapes import Mesh, PlacedShape
-from envs.compiled import njit_cached
 from envs.problem import Array
 from envs.robots.kinematic_tree import KinematicTree, body_poses
+from envs.robots.part_distances import next_farther
 from envs.seeding import stream
 
 _SAMPLES = 2048
 """Configurations in which links are in contact if they may be."""
-
-_FIRST = 16
-"""Configurations that are looked at before the rest, of which most pairs need no more."""
 
 FAR = 0.05
 """Metres: how much farther parts come apart is not asked."""
@@ -69,7 +66,7 @@ def link_pairs(
     """
     pairs = no_pairs(len(bodies))
     joined = neighbours(tree, set(links))
-    q = _random_configurations(tree)
+    q = tree.space.sample(stream("self collision"), _SAMPLES)
     for i, j in combinations(range(len(bodies)), 2):
         if bodies[i] == bodies[j] or frozenset((links[i], links[j])) in allowed:
             continue
@@ -83,11 +80,6 @@ def link_pairs(
     return pairs
 
 
-def _random_configurations(tree: KinematicTree) -> Array:
-    shape = _SAMPLES, tree.dimension
-    return stream("self collision").uniform(tree.lower, tree.upper, shape)
-
-
 def _farthest(
     tree: KinematicTree,
     bodies: NDArray[np.int64],
@@ -98,43 +90,49 @@ def _farthest(
 ) -> float:
     """See `LinkPairs.farthest`; 0 if the two are in contact, or one is within the other, in all of
     the configurations (n, d)."""
-    farthest = 0.0
-    for some in (q[:_FIRST], q[_FIRST:]):
-        poses = poses_of(tree, bodies[list(pair)], some)
-        apart = separations(shapes, *pair, poses, FAR)
-        found = apart > 0
-        for this, other in ((0, 1), (1, 0)):
-            solid = placed[pair[this]]
-            if isinstance(solid.solid, Mesh) and found.any():
-                points = _points(placed[pair[other]], poses[found, other])
-                found[found] = ~_encloses(solid.solid, poses[found, this], solid.pose, points)
-        farthest = max(farthest, apart[found].max(initial=0.0))
-        if farthest >= FAR:
-            return FAR
-    return farthest
+    farthest, n = 0.0, -1
+    while farthest < FAR:
+        n, apart = next_farther(tree.arrays, bodies, shapes, *pair, q, n + 1, farthest, FAR)
+        if n == len(q):
+            return farthest
+        if not _is_one_within(tree, bodies, placed, pair, q[n]):
+            farthest = apart
+    return FAR
 
 
-def poses_of(tree: KinematicTree, bodies: NDArray[np.int64], q: Array) -> Array:
-    """The poses (n, 2, 3, 4) of two of a tree's bodies at configurations (n, d)."""
-    poses = np.empty((len(q), 2, 3, 4))
-    _poses_of(tree.arrays, np.ascontiguousarray(q, dtype=np.float64), bodies, poses)
-    return poses
+def _is_one_within(
+    tree: KinematicTree,
+    bodies: NDArray[np.int64],
+    placed: Sequence[PlacedShape],
+    pair: tuple[int, int],
+    q: Array,
+) -> bool:
+    """Whether one of two parts is within the other, which is a mesh, at a configuration (d,) where
+    they do not touch."""
+    if not any(isinstance(placed[part].solid, Mesh) for part in pair):
+        return False
+    poses = np.empty((1 + len(tree.joints), 3, 4))
+    body_poses(tree.arrays, q, poses)
+    for outer, inner in (pair, pair[::-1]):
+        pose = poses[bodies[inner]]
+        points = placed[inner].piece_points() @ pose[:, :3].T + pose[:, 3]
+        if _encloses(placed[outer], poses[bodies[outer]], points):
+            return True
+    return False
 
 
-def _points(placed: PlacedShape, poses: Array) -> Array:
-    """A point of each piece of a shape, (n, k, 3), whose body is at poses (n, 3, 4)."""
-    there: Array = placed.piece_points() @ np.swapaxes(poses[:, :, :3], 1, 2) + poses[:, None, :, 3]
-    return there
-
-
-def _encloses(mesh: Mesh, poses: Array, offset: Array, points: Array) -> NDArray[np.bool_]:
-    """Whether a mesh has one of some points (n, k, 3) within, (n,) of bool. It is at an offset
-    (4, 4) from its body, which is at poses (n, 3, 4)."""
-    local = (points - poses[:, None, :, 3]) @ poses[:, :, :3]
-    local = (local - offset[:3, 3]) @ offset[:3, :3]
-    inside = queries(mesh).is_inside(local.reshape(-1, 3))
-    found: Any = inside.reshape(points.shape[:2]).any(axis=1)
-    return np.asarray(found)
+def _encloses(placed: PlacedShape, pose: Array, points: Array) -> bool:
+    """Whether a part is a mesh that has one of some points (k, 3) within, its body at a pose
+    (3, 4)."""
+    mesh = placed.solid
+    if not isinstance(mesh, Mesh):
+        return False
+    local = (points - pose[:, 3]) @ pose[:, :3]
+    local = (local - placed.pose[:3, 3]) @ placed.pose[:3, :3]
+    # What is beside its vertices is outside; so is nearly all that is asked.
+    low, high = mesh.bounds
+    local = local[((local >= low) & (local <= high)).all(axis=1)]
+    return len(local) > 0 and bool(queries(mesh).is_inside(local).any())
 
 
 def neighbours(tree: KinematicTree, solid: Collection[str]) -> set[tuple[str, str]]:
@@ -160,12 +158,3 @@ def neighbours(tree: KinematicTree, solid: Collection[str]) -> set[tuple[str, st
                 else:
                     todo.append(name)
     return found
-
-
-@njit_cached
-def _poses_of(tree: Any, q: Any, bodies: Any, poses: Any) -> None:
-    """Writes the poses (n, 2, 3, 4) of two bodies."""
-    found = np.empty((1 + len(tree.parents), 3, 4))
-    for n in range(len(q)):
-        body_poses(tree, q[n], found)
-        poses[n, 0], poses[n, 1] = found[bodies[0]], found[bodies[1]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.gjk import at, compose
-from envs.collision.separation import Shapes, separations, shapes_of
-from envs.collision.shapes import PlacedShape, Pose, Solid
+from envs.collision.separation import Shapes, shapes_of
+from envs.collision.shapes import PlacedShape, Solid
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
-from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs, poses_of
+from envs.robots.allowed_collisions import LinkPairs, link_pairs, no_pairs
 from envs.robots.kinematic_tree import KinematicTree, TreeArrays, body_poses
+from envs.robots.part_distances import keep_apart
 from envs.robots.tip_and_stand import tip_of
 
 SLACK = 0.008
@@ -43,12 +44,12 @@ class RobotArrays(NamedTuple):
     """An arm as compiled code sees it.
 
     Attributes:
-        tree: its joints.
+        tree: its joints; for motions as `KinematicTree.motions` has them.
         bodies: (p,) of the parts.
         offsets: (p, 3, 4) from the parts' frames to their bodies'.
         middles, radii: (p, 3) in the bodies' frames and (p,), of spheres that hold the parts.
-        reach: (m, p) greatest distance of any point of a part from a joint's axis; 1 where the
-            joint slides, 0 where it does not move the part.
+        reach: (m, p) greatest distance of any point of a part from a joint's axis, or from where a
+            spherical one is; 1 where the joint slides, 0 where it does not move the part.
         balls: (m, 4) centres in the bodies' frames, and radii, of spheres that cover the parts.
         ball_parts: (m,) which part each covers, in ascending order.
         first_balls: (p + 1,) where each part's begin.
@@ -144,18 +145,24 @@ class Arm:
     def rate_bound(self) -> float:
         arrays = self.arrays
         speeds = np.abs(arrays.tree.ratios)[:, None] * arrays.reach  # per unit of a coordinate
-        rates = np.zeros((self.tree.dimension, len(self.parts)))
-        np.add.at(rates, arrays.tree.coordinates, speeds)
-        found = float(_norms(rates[:, : self.moving]).max())
+        found = float(self._rates(speeds[:, : self.moving]).max())
         for part, other, branch in arrays.branches:
             # Only what moves them as seen from where they branch; see `motion_bounds`.
             shared = list(self.tree.joints_to(branch))
             both = speeds[:, [part, other]].sum(axis=1)
             both[shared] = 0.0
-            rate = np.zeros((self.tree.dimension, 1))
-            np.add.at(rate, arrays.tree.coordinates, both[:, None])
-            found = max(found, float(_norms(rate)[0]))
+            found = max(found, float(self._rates(both[:, None])[0]))
         return found
+
+    def _rates(self, speeds: Array) -> Array:
+        """Per unit of distance in configuration space, (n,), of what joints move by speeds (m, n)
+        each: the parts' distances add up, within one they are Euclidean."""
+        space = self.tree.space
+        rates = np.zeros((space.size, speeds.shape[1]))
+        np.add.at(rates, self.arrays.tree.coordinates, speeds)
+        parts = zip(space.parts, space.places, strict=True)
+        greatest: Array = np.max([_norms(rates[at]) / part.weight for part, at in parts], axis=0)
+        return greatest
 
     @cached_property
     def extent(self) -> float:
@@ -170,10 +177,10 @@ class Arm:
         outward = np.linalg.norm(arrays.middles, axis=1) + arrays.extents
         return max(hops) + max(slides) + float(outward.max())
 
-    def poses(self, q: Array) -> tuple[Pose, ...]:
-        found = np.empty((len(self.parts), 3, 4))
-        _part_poses(self.arrays, q, found)
-        return tuple((pose[:, :3], pose[:, 3]) for pose in found)
+    def poses(self, q: Array) -> Array:
+        tree, arrays = self.tree.arrays, self.arrays
+        found: Array = _part_poses(tree, arrays.bodies, arrays.offsets, q)
+        return found
 
     def trace(self, q: Array) -> Array:
         """The tips of its tools, one for each branch; see `tip_and_stand`."""
@@ -202,18 +209,22 @@ class Arm:
     def links_keep(self, kept: Array, q: Array) -> NDArray[np.bool_]:
         """Whether parts that must not touch each other keep so far (p, p) apart, in metres, at
         configurations (n, d), (n,) of bool."""
-        keep = np.ones(len(q), dtype=np.bool_)
-        for pair in self.pairs:
-            poses = poses_of(self.tree, self.arrays.bodies[list(pair)], q[keep])
-            keep[keep] &= separations(self._shapes, *pair, poses, kept[pair]) >= kept[pair]
-        return keep
+        arm = self.arrays
+        q = np.ascontiguousarray(q, dtype=np.float64)
+        found = keep_apart(arm.tree, arm.bodies, arm.shapes, arm.branches, kept, q)
+        return np.asarray(found)
 
     def motion_bound(self, a: Array, b: Array) -> float:
         """See `part_bounds`; the greatest of the parts'."""
         bounds = np.empty(self.moving)
-        begin, end = self.tree.space.unwrapped(np.array([a, b]))  # compiled code goes straight
-        part_bounds(self.arrays, begin, end, bounds)
+        [(arrays, (begin, end))] = self.motions(np.array([a, b]))
+        part_bounds(arrays, begin, end, bounds)
         return float(bounds.max())
+
+    def motions(self, path: Array) -> Iterator[tuple[RobotArrays, Array]]:
+        """A path of waypoints (k, d) for compiled code; see `KinematicTree.motions`."""
+        for tree, straight in self.tree.motions(path):
+            yield self.arrays._replace(tree=tree), straight
 
     @cached_property
     def arrays(self) -> RobotArrays:
@@ -284,15 +295,18 @@ def _norms(columns: Array) -> Array:
 
 
 def _off_axis(axis: Array, point: Array) -> float:
+    """How far a point (3,) is from an axis, or from the origin if there is none."""
     return float(np.linalg.norm(point - (point @ axis) * axis))
 
 
 @njit_cached
-def _part_poses(arm: Any, q: Any, poses: Any) -> None:
-    bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
-    body_poses(arm.tree, q, bodies)
-    for part in range(len(poses)):
-        compose(bodies[arm.bodies[part]], arm.offsets[part], poses[part])
+def _part_poses(tree: Any, bodies: Any, offsets: Any, q: Any) -> Any:
+    """The poses (p, 3, 4) of parts of bodies (p,), at offsets (p, 3, 4) from them."""
+    there, poses = np.empty((1 + len(tree.parents), 3, 4)), np.empty((len(bodies), 3, 4))
+    body_poses(tree, q, there)
+    for part in range(len(bodies)):
+        compose(there[bodies[part]], offsets[part], poses[part])
+    return poses
 
 
 @njit_cached

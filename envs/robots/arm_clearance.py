@@ -7,7 +7,6 @@ are the true ones.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,16 +15,16 @@ from numpy.typing import NDArray
 
 from envs.collision.continuous import compiled_is_covered
 from envs.collision.gjk import at, moved
-from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest, to_solid
-from envs.collision.separation import separation
-from envs.collision.shapes import MESH, ROW
+from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest
+from envs.collision.separation import are_beyond, separated
+from envs.collision.shapes import ROW
 from envs.compiled import njit_cached, njit_hot, parallel_for
 from envs.problem import Array
 from envs.robots.arm import RobotArrays, motion_bounds
 from envs.robots.kinematic_tree import body_poses
 
 _NEAR = 0.03
-"""Metres up to which links that are meshes are asked how far they are apart."""
+"""Metres up to which links that are meshes are asked how far their surfaces are apart."""
 
 TOUCHING = -1e-9
 """The clearance where something touches, which says no more than that."""
@@ -57,41 +56,42 @@ def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any, most: float) 
     one of the greater body, whose bound (see `part_bounds`) says how fast the two come nearer."""
     bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
     body_poses(arm.tree, q, bodies)
-    balls = np.empty((len(arm.balls), 3))
     clearances[:] = most
-    _from_obstacles(arm, scene, bodies, balls, clearances)
+    _from_obstacles(arm, scene, bodies, clearances)
     if len(arm.branches) > 0:
-        _against_itself(arm, bodies, balls, clearances)
+        rows = moved_rows(arm, bodies)
+        for n in range(len(arm.branches)):
+            part, other = arm.branches[n, 0], arm.branches[n, 1]
+            clearances[part] = apart(arm, bodies, rows, part, other, clearances[part])[0]
     least: float = clearances.min()
     return least
 
 
-@njit_cached
-def _from_obstacles(arm: Any, scene: Any, bodies: Any, balls: Any, clearances: Any) -> None:
-    """Lowers clearances (moving,) of the parts to those from obstacles, and writes where the
-    spheres that cover all parts are, (m, 3), with the bodies at poses (1 + j, 3, 4)."""
-    for ball in range(len(arm.balls)):
-        part = arm.ball_parts[ball]
-        x, y, z = at(bodies[arm.bodies[part]], arm.balls[ball])
-        balls[ball, 0], balls[ball, 1], balls[ball, 2] = x, y, z
-        if part < arm.moving:
-            radius = arm.balls[ball, 3]
-            clearances[part] = nearest(scene, x, y, z, clearances[part] + radius)[0] - radius
+@njit_hot
+def _from_obstacles(arm: Any, scene: Any, bodies: Any, clearances: Any) -> None:
+    """Lowers clearances (moving,) of the parts to those of the spheres that cover them from
+    obstacles, with the bodies at poses (1 + j, 3, 4)."""
+    for part in range(arm.moving):
+        clearances[part] = _of_part(arm, scene, bodies[arm.bodies[part]], part, clearances[part])
+
+
+@njit_hot
+def _of_part(arm: Any, scene: Any, pose: Any, part: int, most: float) -> float:
+    """The clearance of a part from obstacles, whose body is at a pose (3, 4), or `most`."""
+    x, y, z = at(pose, arm.middles[part])
+    if nearest(scene, x, y, z, most + arm.extents[part])[1] == NO_OBSTACLE:
+        return most  # all of its spheres are farther away
+    least = most
+    for ball in range(arm.first_balls[part], arm.first_balls[part + 1]):
+        x, y, z = at(pose, arm.balls[ball])
+        radius = arm.balls[ball, 3]
+        least = nearest(scene, x, y, z, least + radius)[0] - radius
+    return least
 
 
 @njit_cached
-def _against_itself(arm: Any, bodies: Any, balls: Any, clearances: Any) -> None:
-    """Lowers clearances to those from other parts, which count once for each pair: for the part
-    whose bound knows of the other."""
-    rows = _moved_rows(arm, bodies)
-    for n in range(len(arm.branches)):
-        part, other = arm.branches[n, 0], arm.branches[n, 1]
-        clearances[part] = _apart(arm, bodies, balls, rows, part, other, clearances[part])
-
-
-@njit_cached
-def _moved_rows(arm: Any, bodies: Any) -> Any:
-    """The rows of the parts where the bodies are."""
+def moved_rows(arm: Any, bodies: Any) -> Any:
+    """The rows (p, ROW) of the parts where the bodies are, at poses (1 + j, 3, 4)."""
     rows = np.empty((len(arm.bodies), ROW))
     for part in range(len(rows)):
         moved(arm.shapes.rows[part], bodies[arm.bodies[part]], rows[part])
@@ -99,24 +99,16 @@ def _moved_rows(arm: Any, bodies: Any) -> Any:
 
 
 @njit_cached
-def _apart(
-    arm: Any, bodies: Any, balls: Any, rows: Any, part: int, other: int, most: float
-) -> float:
-    """The distance of two parts, or `most` if that is less. Of meshes it is that of their spheres
-    at `balls` (m, 3) while these are `_NEAR` apart, and at most `_NEAR` if they are not. Any nearer
-    it is exact: the spheres of two links side by side may overlap wherever these are."""
-    ax, ay, az = at(bodies[arm.bodies[part]], arm.middles[part])
-    bx, by, bz = at(bodies[arm.bodies[other]], arm.middles[other])
-    between = math.sqrt((ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2)
-    # What holds a part's spheres holds the part. Most pairs are seen to be far apart by this.
-    if between - arm.extents[part] - arm.extents[other] >= most:
-        return most
-    if arm.shapes.roots[part] >= 0 or arm.shapes.roots[other] >= 0:
-        apart = _distance_of_spheres(arm, balls, part, other, rows)
-        if apart >= min(most, _NEAR):
-            return min(most, apart)
-        most = min(most, _NEAR)  # a lower bound is enough
-    apart = separation(
+def apart(
+    arm: Any, bodies: Any, rows: Any, part: int, other: int, most: float
+) -> tuple[float, bool]:
+    """The distance of two parts, or `most` if that is less, and whether it is known that neither is
+    within the other. Of meshes at least that of their hulls, and at most `_NEAR` where these do not
+    tell more; any nearer it is exact."""
+    if are_beyond(rows[part], rows[other], most):
+        return most, True
+    enough = within_reach(arm.shapes, part, arm.shapes, other, most)
+    found, known = separated(
         arm.shapes,
         part,
         rows[part],
@@ -125,27 +117,18 @@ def _apart(
         other,
         rows[other],
         bodies[arm.bodies[other]],
-        most,
+        enough,
     )
-    return min(most, apart if apart > 0.0 else TOUCHING)
+    return min(most, found if found > 0.0 else TOUCHING), known
 
 
-@njit_cached
-def _distance_of_spheres(arm: Any, balls: Any, part: int, other: int, rows: Any) -> float:
-    """The least distance of the spheres of one part from those of another. Where one is no mesh
-    it stands for its own spheres, which reach far out of flat ends."""
-    if rows[part, 16] != MESH:
-        part, other = other, part
-    least = np.inf
-    for a in range(arm.first_balls[part], arm.first_balls[part + 1]):
-        x, y, z, radius = balls[a, 0], balls[a, 1], balls[a, 2], arm.balls[a, 3]
-        if rows[other, 16] != MESH:
-            least = min(least, to_solid(rows, other, x, y, z) - radius)
-            continue
-        for b in range(arm.first_balls[other], arm.first_balls[other + 1]):
-            squared = (x - balls[b, 0]) ** 2 + (y - balls[b, 1]) ** 2 + (z - balls[b, 2]) ** 2
-            least = min(least, math.sqrt(squared) - radius - arm.balls[b, 3])
-    return least
+@njit_hot
+def within_reach(shapes: Any, i: int, others: Any, j: int, most: float) -> float:
+    """How far the surfaces of two shapes are asked for their distance, at most `most`: any farther
+    the hulls of meshes tell enough, in less time."""
+    if shapes.roots[i] >= 0 or others.roots[j] >= 0:
+        return min(most, _NEAR)
+    return most
 
 
 @njit_cached
@@ -167,14 +150,7 @@ def _least(arm: Any, scene: Any, bodies: Any) -> float:
     nearer to things, and then most others are seen to be farther away at a glance."""
     least = np.inf
     for part in range(arm.moving - 1, -1, -1):
-        pose = bodies[arm.bodies[part]]
-        x, y, z = at(pose, arm.middles[part])
-        if nearest(scene, x, y, z, least + arm.extents[part])[1] == NO_OBSTACLE:
-            continue
-        for ball in range(arm.first_balls[part], arm.first_balls[part + 1]):
-            x, y, z = at(pose, arm.balls[ball])
-            radius = arm.balls[ball, 3]
-            least = nearest(scene, x, y, z, least + radius)[0] - radius
+        least = _of_part(arm, scene, bodies[arm.bodies[part]], part, least)
     return least
 
 
@@ -199,9 +175,9 @@ def _share_free(motion: Any, t: float) -> float:
     arm, scene, a, b, tolerance, bounds, nearing, parts = motion
     bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
     body_poses(arm.tree, a + t * (b - a), bodies)
-    balls = np.empty((len(arm.balls), 3))
-    parts[:] = np.inf
-    _from_obstacles(arm, scene, bodies, balls, parts)
+    for part in range(arm.moving):  # farther away than this is far enough for all of the motion
+        parts[part] = bounds[part] + 2 * tolerance
+    _from_obstacles(arm, scene, bodies, parts)
     if parts.min() <= tolerance:
         return -1.0
     share: float = np.inf
@@ -210,18 +186,28 @@ def _share_free(motion: Any, t: float) -> float:
             share = min(share, (parts[part] - tolerance / 2) / bounds[part])
     if len(nearing) == 0:
         return share
+    return share_of_pairs(arm, bodies, moved_rows(arm, bodies), nearing, tolerance, share)[0]
+
+
+@njit_cached
+def share_of_pairs(
+    arm: Any, bodies: Any, rows: Any, nearing: Any, tolerance: float, share: float
+) -> tuple[float, bool]:
+    """How much of a motion is proved free, at most `share`, by how far the pairs of parts are apart
+    and how fast they come nearer, (k,); -1 where two are too near. And whether it is known that
+    none is within the other."""
+    known = True
     share = min(share, 1.0)  # which is all of the motion, from wherever on it
-    rows = _moved_rows(arm, bodies)
     for n in range(len(nearing)):
         # Farther apart than this, the two do not lessen the share.
         enough = max(share * nearing[n] + tolerance / 2, 2 * tolerance)
-        part, other = arm.branches[n, 0], arm.branches[n, 1]
-        apart = _apart(arm, bodies, balls, rows, part, other, enough)
-        if apart <= tolerance:
-            return -1.0
+        found, is_known = apart(arm, bodies, rows, arm.branches[n, 0], arm.branches[n, 1], enough)
+        if found <= tolerance:
+            return -1.0, False
+        known = known and is_known
         if nearing[n] > 0:
-            share = min(share, (apart - tolerance / 2) / nearing[n])
-    return share
+            share = min(share, (found - tolerance / 2) / nearing[n])
+    return share, known
 
 
 @njit_cached

@@ -9,18 +9,20 @@ Angles are in radians, lengths in metres.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from envs.collision.gjk import compose
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
-from envs.spaces import Coordinates, Space
+from envs.spaces import Coordinates, Part, Rotations, Space
 
 
 class Mimic(NamedTuple):
@@ -43,13 +45,15 @@ class Joint:
     Attributes:
         name: for messages.
         origin: (4, 4), from the frame of the joint at 0 to that of the body before it.
-        axis: (3,) of unit length, in the joint's frame.
+        axis: (3,) of unit length, in the joint's frame; 0 of a spherical one.
         prismatic: whether it slides along the axis instead of turning about it.
         lower, upper: limits, in radians or metres; of one that follows another, the least and
             greatest value that it comes to so.
         velocity: the limit of its velocity, in radians or metres a second; None if none is stated.
         wraps: whether it turns for ever: its limits are a turn apart, and the same place.
         mimic: how it follows another joint, if it does.
+        spherical: whether it turns any way. Its value is a unit quaternion x, y, z, w, from the
+            frame of what it carries; it follows none.
     """
 
     name: str
@@ -61,6 +65,12 @@ class Joint:
     velocity: float | None = None
     wraps: bool = False
     mimic: Mimic | None = None
+    spherical: bool = False
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers a configuration has for it, if it follows none."""
+        return 4 if self.spherical else 1
 
     @property
     def slide(self) -> float:
@@ -89,7 +99,7 @@ class Link:
 class KinematicTree:
     """A base, and bodies that joints join to it and to each other.
 
-    A configuration has a coordinate for each joint that follows no other.
+    A configuration has a number for each joint that follows no other, and of a spherical one four.
 
     Attributes:
         joints: joint i carries body i + 1.
@@ -115,29 +125,39 @@ class KinematicTree:
 
     @cached_property
     def coordinates(self) -> tuple[Joint, ...]:
-        """The joints that follow no other, (d,)."""
+        """The joints that follow no other."""
         return tuple(joint for joint in self.joints if joint.mimic is None)
 
     @property
     def dimension(self) -> int:
-        """d, the number of coordinates."""
-        return len(self.coordinates)
+        """The degrees of freedom."""
+        return self.space.dimension
 
-    @cached_property
+    @property
     def lower(self) -> Array:
-        """Of the coordinates, (d,)."""
-        return np.array([joint.lower for joint in self.coordinates])
+        """Of configurations, (d,)."""
+        return self.space.lower
 
-    @cached_property
+    @property
     def upper(self) -> Array:
-        """Of the coordinates, (d,)."""
-        return np.array([joint.upper for joint in self.coordinates])
+        """Of configurations, (d,)."""
+        return self.space.upper
 
     @cached_property
     def space(self) -> Space:
-        """Of its configurations, in which joints that turn for ever wrap."""
-        wraps = [joint.wraps for joint in self.coordinates]
-        return Space([Coordinates(self.lower, self.upper, wraps)])
+        """Of its configurations, in which joints that turn for ever wrap. Spherical joints are
+        parts of their own, in which a radian counts as it does of others."""
+        runs = groupby(self.coordinates, lambda joint: joint.spherical)
+        parts = [self._parts(list(joints), spherical) for spherical, joints in runs]
+        return Space([part for some in parts for part in some])
+
+    @staticmethod
+    def _parts(joints: Sequence[Joint], spherical: bool) -> list[Part]:
+        """Of joints one after another that are all spherical, or none of them."""
+        if spherical:
+            return [Rotations() for _ in joints]
+        ends = ([joint.lower for joint in joints], [joint.upper for joint in joints])
+        return [Coordinates(*ends, [joint.wraps for joint in joints])]
 
     def joints_to(self, body: int) -> Iterator[int]:
         """The numbers of the joints between a body and the base, from the body on."""
@@ -154,7 +174,8 @@ class KinematicTree:
     @cached_property
     def arrays(self) -> TreeArrays:
         """What compiled code is given."""
-        places = np.cumsum([joint.mimic is None for joint in self.joints]) - 1
+        numbers = [0 if joint.mimic else joint.numbers for joint in self.joints]
+        places = np.cumsum([0, *numbers[:-1]])
         follows = [joint.mimic or Mimic(n, 1.0, 0.0) for n, joint in enumerate(self.joints)]
         return TreeArrays(
             np.array(self.parents),
@@ -164,8 +185,42 @@ class KinematicTree:
             places[[one.joint for one in follows]],
             np.array([one.ratio for one in follows]),
             np.array([one.offset for one in follows]),
-            np.array([joint.wraps for joint in self.coordinates]),
+            self.space.wraps,
+            np.array([joint.spherical for joint in self.joints]),
         )
+
+    def motions(self, path: Array) -> Iterator[tuple[TreeArrays, Array]]:
+        """A path of waypoints (k, d), k >= 1, for compiled code, which takes numbers to change
+        evenly: in one piece, but where there are spherical joints motion by motion.
+
+        Yields:
+            The tree as it is on some of the path, and that as waypoints (j, d) of numbers: beyond
+            the bounds where they wrap, and of a spherical joint the angle about a fixed axis.
+        """
+        if not self.arrays.spherical.any():
+            yield self.arrays, self.space.unwrapped(path)
+            return
+        for a, b in pairwise(path if len(path) > 1 else path.repeat(2, axis=0)):
+            yield self._motion(a, b)
+
+    def _motion(self, a: Array, b: Array) -> tuple[TreeArrays, Array]:
+        """On its shortest way a spherical joint turns evenly about one axis, as others do, from
+        where it is at the beginning."""
+        origins, axes = self.arrays.origins.copy(), self.arrays.axes.copy()
+        ends = np.array([a, b])
+        for part, at in zip(self.space.parts, self.space.places, strict=True):
+            step = part.difference(a[at], b[at])
+            if len(step) == part.size:
+                ends[1, at] = a[at] + step
+                continue
+            [joint] = np.flatnonzero(self.arrays.coordinates == at.start)
+            angle = float(np.linalg.norm(step))
+            axes[joint] = step / angle if angle > 0 else np.array([0.0, 0.0, 1.0])
+            origins[joint, :, :3] @= Rotation.from_quat(a[at]).as_matrix()
+            ends[:, at] = 0.0
+            ends[1, at.start] = angle
+        none = np.zeros_like(self.arrays.spherical)
+        return self.arrays._replace(origins=origins, axes=axes, spherical=none), ends
 
     def definition(self) -> list[list[float]]:
         """Of each joint what it is joined to and which coordinate it follows, with ratio and
@@ -177,9 +232,9 @@ class KinematicTree:
     def forward(self, q: Array) -> Array:
         """Poses (n, links, 4, 4) of the links at configurations (n, d)."""
         configurations = np.ascontiguousarray(q, dtype=np.float64)
-        if configurations.ndim != 2 or configurations.shape[1] != self.dimension:
+        if configurations.ndim != 2 or configurations.shape[1] != self.space.size:
             raise ValueError(
-                f"configurations must be (n, {self.dimension}), not {configurations.shape}"
+                f"configurations must be (n, {self.space.size}), not {configurations.shape}"
             )
         bodies, offsets = self._link_arrays
         poses = np.zeros((len(configurations), len(bodies), 4, 4))
@@ -200,8 +255,10 @@ class TreeArrays(NamedTuple):
     Attributes:
         parents: (m,) bodies that they are joined to.
         origins, axes, prismatic: (m, 3, 4), (m, 3), (m,).
-        coordinates, ratios, offsets: (m,) which coordinate each follows, and how.
-        wraps: (d,) which coordinates wrap.
+        coordinates, ratios, offsets: (m,) which number of a configuration each follows, of a
+            spherical one the first of four, and how.
+        wraps: (d,) which numbers wrap.
+        spherical: (m,) which turn any way.
     """
 
     parents: NDArray[np.int64]
@@ -212,6 +269,7 @@ class TreeArrays(NamedTuple):
     ratios: Array
     offsets: Array
     wraps: NDArray[np.bool_]
+    spherical: NDArray[np.bool_]
 
 
 @njit_hot
@@ -223,6 +281,9 @@ def body_poses(tree: Any, q: Any, poses: Any) -> None:
     for joint in range(len(tree.parents)):
         pose = poses[joint + 1]
         compose(poses[tree.parents[joint]], tree.origins[joint], pose)
+        if tree.spherical[joint]:
+            _rotate(pose, q, tree.coordinates[joint])
+            continue
         value = joint_value(tree, joint, q)
         if tree.prismatic[joint]:
             _slide(pose, tree.axes[joint], value)
@@ -257,6 +318,22 @@ def _turn(pose: Any, axis: Any, angle: float) -> None:
         pose[i, 0] = u * c + (v * z - w * y) * s + along * x
         pose[i, 1] = v * c + (w * x - u * z) * s + along * y
         pose[i, 2] = w * c + (u * y - v * x) * s + along * z
+
+
+@njit_hot
+def _rotate(pose: Any, q: Any, at: int) -> None:
+    """Turns a pose (3, 4) by a quaternion x, y, z, w, whose numbers begin at a place of q, and
+    whose length is made 1: those of judged paths may be off by 1e-6. As `_turn` does, where (x, y,
+    z) is sin(angle / 2) axis, and w is cos(angle / 2)."""
+    x, y, z, w = q[at], q[at + 1], q[at + 2], q[at + 3]
+    double = 2.0 / (x * x + y * y + z * z + w * w)
+    c = double * w * w - 1.0
+    for i in range(3):
+        u, v, t = pose[i, 0], pose[i, 1], pose[i, 2]
+        along = double * (u * x + v * y + t * z)
+        pose[i, 0] = u * c + double * w * (v * z - t * y) + along * x
+        pose[i, 1] = v * c + double * w * (t * x - u * z) + along * y
+        pose[i, 2] = t * c + double * w * (u * y - v * x) + along * z
 
 
 @njit_cached

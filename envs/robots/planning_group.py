@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from envs.errors import InputError
-from envs.robots.joint_graph import JointGraph
+from envs.robots.joint_graph import JointGraph, Value, VirtualJoint
 from envs.robots.srdf import Srdf
 
 _BEYOND = 1e-3
@@ -48,26 +49,53 @@ class PlanningGroup:
             if value and self.srdf.file is None:
                 raise InputError(f"{key}={value} is in an SRDF file; give that, too: srdf=FILE")
 
-    def locked(self, graph: JointGraph) -> dict[str, float]:
-        """The values of the joints of a robot that stand still and follow no other, by name.
+    @cached_property
+    def virtual(self) -> list[VirtualJoint]:
+        """The virtual joints that move, as the group or `joints` names them, or stand elsewhere
+        than at the origin, as the state says; others need not be there."""
+        known = (one for one in self.srdf.virtual.values() if one.type != "fixed")
+        return [one for one in known if one.name in self._named or one.name in self._told]
+
+    @cached_property
+    def _named(self) -> tuple[str, ...]:
+        """Joints that the group, or `joints`, names one by one."""
+        return self.srdf.members(self.name).joints if self.name else self.joints
+
+    @cached_property
+    def _told(self) -> dict[str, tuple[float, ...]]:
+        return self.srdf.state(self.state) if self.state else {}
+
+    def locked(self, graph: JointGraph) -> dict[str, Value]:
+        """The values of the joints of a robot that stand still and follow no other, by name. The
+        graph has the `virtual` joints.
 
         Raises:
             InputError: something is named that the robot does not have, or that cannot be.
         """
         moving = self._moving(graph)
-        told = self.srdf.state(self.state) if self.state else {}
-        values = {name: value for name, value in told.items() if name not in self.srdf.virtual}
-        for name in [*values, *self.pose]:
-            graph.check(name)
+        values: dict[str, Value] = {}
+        for name, numbers in self._told.items():
+            # Some files place the base by a joint that neither they nor the URDF has.
+            of_another = name in self.srdf.virtual or len(numbers) > 1
+            if graph.has(name) or not of_another:
+                values |= graph.values(name, numbers)
         for name, value in self.pose.items():
+            graph.check(name)
             if name not in graph.movable or name in moving:
                 raise InputError(f"pose: joint {name!r} {_why_not(graph, name)}")
+            if graph.joints[name].type == "spherical":
+                raise InputError(f"pose: joint {name!r} has no one value; a state may say it")
             values[name] = value
         still = [name for name in graph.movable if name not in moving]
-        return {name: _within(graph.joints[name], values.get(name)) for name in still}
+        return {name: _standing(graph.joints[name], values.get(name)) for name in still}
 
     def _moving(self, graph: JointGraph) -> set[str]:
-        """The names of the joints that move and follow no other."""
+        """The names of the joints that move and follow no other; of virtual ones only those that
+        are named."""
+        still = (graph.named(one.name) for one in self.virtual if one.name not in self._named)
+        return self._chosen(graph) - {part for parts in still for part in parts}
+
+    def _chosen(self, graph: JointGraph) -> set[str]:
         if self.tip:
             on_way = [graph.followed[n].name for n in graph.way_to(self.tip) if n in graph.followed]
             return self._movable(graph, on_way, f"tip {self.tip!r}")
@@ -96,8 +124,15 @@ def _why_not(graph: JointGraph, name: str) -> str:
     return "is one that moves" if followed == name else f"follows {followed!r}"
 
 
-def _within(joint: Any, value: float | None) -> float:
+def _standing(joint: Any, value: Value | None) -> Value:
     """The value of a joint that stands still: without one 0, or as near as the limits are."""
+    if joint.type == "spherical":
+        return value or (0.0, 0.0, 0.0, 1.0)
+    assert not isinstance(value, tuple)
+    return _within(joint, value)
+
+
+def _within(joint: Any, value: float | None) -> float:
     limit = joint.limit
     if joint.type == "continuous" or limit is None or (limit.lower, limit.upper) == (None, None):
         return value or 0.0

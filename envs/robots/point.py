@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from envs.collision.shapes import Pose, Sphere
+from envs.collision.shapes import Sphere
 from envs.problem import Array
 
 
@@ -32,8 +32,10 @@ class PointRobot:
     def rate_bound(self) -> float:
         return 1.0
 
-    def poses(self, q: Array) -> tuple[Pose, ...]:
-        return ((None, q),)
+    def poses(self, q: Array) -> Array:
+        found: Array = _UNTURNED.copy()
+        found[0, :, 3] = q
+        return found
 
     def motion_bound(self, a: Array, b: Array) -> float:
         step = b - a
@@ -42,3 +44,6 @@ class PointRobot:
     def trace(self, q: Array) -> Array:
         """Its middle."""
         return np.asarray(q, dtype=np.float64)[:, None]
+
+
+_UNTURNED = np.eye(3, 4)[None]

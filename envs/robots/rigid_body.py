@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.shapes import PlacedShape, Pose, Solid
+from envs.collision.shapes import PlacedShape, Solid
 from envs.compiled import njit_hot
 from envs.problem import Array
 from envs.spaces import Coordinates, Rotations, Space
@@ -135,8 +135,8 @@ class RigidBody:
         >>> bar = PlacedShape(Box([0, 0, 0], [2, 0.2, 0.2]), np.eye(4))
         >>> where = InThePlane(np.full(3, -5.0), np.full(3, 5.0), z=0.0, weight=1.0)
         >>> body = RigidBody([bar], where)
-        >>> [(turn, shift)] = body.poses(np.array([1.0, 2.0, np.pi / 2]))
-        >>> (turn @ [1, 0, 0] + shift).round(3)
+        >>> [pose] = body.poses(np.array([1.0, 2.0, np.pi / 2]))
+        >>> (pose @ [1, 0, 0, 1]).round(3)
         array([1., 3., 0.])
     """
 
@@ -176,10 +176,10 @@ class RigidBody:
         bounds = [1 / position.weight, *(self.radius / turn.weight for turn in turns)]
         return max(bounds)
 
-    def poses(self, q: Array) -> tuple[Pose, ...]:
+    def poses(self, q: Array) -> Array:
         [turn], [shift] = self.placement.rotations(q[None]), self.placement.positions(q[None])
         turns, shifts = turn @ self._turns, self._shifts @ turn.T + shift
-        return tuple(zip(turns, shifts, strict=True))
+        return np.concatenate([turns, shifts[:, :, None]], axis=2)
 
     def motion_bound(self, a: Array, b: Array) -> float:
         moved, turned = self.placement.speeds(a, b)

@@ -21,7 +21,7 @@ from envs.robots.arm_clearance import segment_is_free
 ITERATIONS = 4000
 """Of a search before it gives up."""
 
-_STEP = 0.5
+STEP = 0.5
 """The longest motion, in radians or metres."""
 
 
@@ -35,7 +35,7 @@ def is_connected(
 ) -> bool:
     """Whether a search that draws `samples` (n, d) joins two configurations (d,) by motions that
     are certified to a tolerance in metres."""
-    return bool(_joined(arm, scene, start, goal, samples, _STEP, tolerance))
+    return bool(_joined(arm, scene, start, goal, samples, STEP, tolerance))
 
 
 @njit_hot

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from envs.errors import InputError, UnknownNameError, tell_once
-from envs.robots.joint_graph import JointGraph
+from envs.errors import InputError, UnknownNameError, suggestion, tell_once
+from envs.robots.joint_graph import JointGraph, VirtualJoint
 from envs.robots.urdf_elements import numbers_of, read_xml
 
 _NEEDED = {
@@ -16,9 +16,16 @@ _NEEDED = {
     "disable_collisions": ("link1", "link2"),
     "enable_collisions": ("link1", "link2"),
     "disable_default_collisions": ("link",),
-    **dict.fromkeys(("group", "group_state", "link", "joint", "virtual_joint"), ("name",)),
+    "virtual_joint": ("name", "type", "child_link"),
+    **dict.fromkeys(("group", "group_state", "link", "joint"), ("name",)),
 }
 """Attributes that elements must have."""
+
+_TYPES = ("fixed", "planar", "floating")
+"""Of virtual joints."""
+
+_COUNTS = (1, 3, 4, 7)
+"""How many values a joint may have; 4 a ball, which other formats than URDF have."""
 
 
 @dataclass(frozen=True)
@@ -40,24 +47,42 @@ class Srdf:
         file: for messages.
         groups: by name.
         states: by name, the values of joints in each of the group states of that name.
-        virtual: names of joints between the robot and the world.
+        virtual: by name, the joints between the world and the robot.
         disabled, enabled: pairs of names of links whose collisions are.
         disabled_links: names of those whose collisions are disabled with all but those enabled.
     """
 
     file: Path | None = None
     groups: Mapping[str, Group] = field(default_factory=dict)
-    states: Mapping[str, list[dict[str, float]]] = field(default_factory=dict)
-    virtual: frozenset[str] = frozenset()
+    states: Mapping[str, list[dict[str, tuple[float, ...]]]] = field(default_factory=dict)
+    virtual: Mapping[str, VirtualJoint] = field(default_factory=dict)
     disabled: frozenset[frozenset[str]] = frozenset()
     enabled: frozenset[frozenset[str]] = frozenset()
     disabled_links: frozenset[str] = frozenset()
 
-    def joints_of(self, name: str, graph: JointGraph, within: tuple[str, ...] = ()) -> set[str]:
-        """The names of the joints of a group, fixed ones and such that mimic others, too.
+    def joints_of(self, name: str, graph: JointGraph) -> set[str]:
+        """The names of the joints of a group, fixed ones and such that mimic others, too; of
+        virtual ones those that the graph has.
 
         Raises:
             InputError: there is no such group, or it names what the robot does not have.
+        """
+        group = self.members(name)
+        found: set[str] = set()
+        for joint in group.joints:
+            if joint not in self.virtual or graph.has(joint):
+                found |= set(graph.named(joint))
+        for link in group.links:
+            found |= set(graph.way_to(link)[:1])
+        for base, tip in group.chains:
+            found |= set(graph.way_to(tip)) ^ set(graph.way_to(base))
+        return found
+
+    def members(self, name: str, within: tuple[str, ...] = ()) -> Group:
+        """A group with what the groups within it are made of in their place.
+
+        Raises:
+            InputError: there is no such group, or it is within itself.
         """
         if name not in self.groups:
             raise UnknownNameError("group", name, self.groups)
@@ -65,26 +90,22 @@ class Srdf:
             circle = ", ".join(map(repr, within))
             raise InputError(f"groups {circle} are within each other; remove one")
         group = self.groups[name]
-        found: set[str] = set()
-        for joint in set(group.joints) - self.virtual:
-            found |= set(graph.named(joint))
-        for link in group.links:
-            found |= set(graph.way_to(link)[:1])
-        for base, tip in group.chains:
-            found |= set(graph.way_to(tip)) ^ set(graph.way_to(base))
-        for other in group.groups:
-            found |= self.joints_of(other, graph, (*within, name))
-        return found
+        all_of_it = [group, *(self.members(other, (*within, name)) for other in group.groups)]
+        return Group(
+            tuple(link for one in all_of_it for link in one.links),
+            tuple(joint for one in all_of_it for joint in one.joints),
+            chains=tuple(chain for one in all_of_it for chain in one.chains),
+        )
 
-    def state(self, name: str) -> dict[str, float]:
-        """The values of joints in the group states of a name, by the joints' names.
+    def state(self, name: str) -> dict[str, tuple[float, ...]]:
+        """The values of joints in the group states of a name, by the joints' names; most have one.
 
         Raises:
             InputError: there is none, or two differ.
         """
         if name not in self.states:
             raise UnknownNameError("state", name, self.states)
-        found: dict[str, float] = {}
+        found: dict[str, tuple[float, ...]] = {}
         for values in self.states[name]:
             for joint, value in values.items():
                 if found.setdefault(joint, value) != value:
@@ -111,8 +132,7 @@ _NAMED = 5
 
 
 def read_srdf(file: Path) -> Srdf:
-    """Reads an SRDF file. Passive joints, end effectors, and what states say of where the base is,
-    are not used.
+    """Reads an SRDF file. Passive joints and end effectors are not used.
 
     Raises:
         InputError: there is no such file, or it is no SRDF.
@@ -133,14 +153,14 @@ def _check(element: Any) -> None:
 
 
 def _srdf(file: Path, root: Any) -> Srdf:
-    states: dict[str, list[dict[str, float]]] = {}
+    states: dict[str, list[dict[str, tuple[float, ...]]]] = {}
     for state in root.findall("group_state"):
         states.setdefault(state.get("name"), []).append(_values(state))
     return Srdf(
         file,
         {group.get("name"): _group(group) for group in root.findall("group")},
         states,
-        frozenset(_names(root, "virtual_joint")),
+        {one.get("name"): _virtual(one) for one in root.findall("virtual_joint")},
         _pairs(root, "disable_collisions"),
         _pairs(root, "enable_collisions"),
         frozenset(one.get("link") for one in root.findall("disable_default_collisions")),
@@ -153,6 +173,13 @@ def _group(group: Any) -> Group:
     return Group(links, joints, groups, tuple(chains))
 
 
+def _virtual(joint: Any) -> VirtualJoint:
+    name, kind, child = (joint.get(key) for key in _NEEDED["virtual_joint"])
+    if kind not in _TYPES:
+        raise InputError(f"virtual joint {name!r} is of type {kind!r}; {suggestion(kind, _TYPES)}")
+    return VirtualJoint(name, kind, child)
+
+
 def _names(parent: Any, tag: str) -> Iterable[str]:
     return (one.get("name") for one in parent.findall(tag))
 
@@ -161,11 +188,9 @@ def _pairs(root: Any, tag: str) -> frozenset[frozenset[str]]:
     return frozenset(frozenset((one.get("link1"), one.get("link2"))) for one in root.findall(tag))
 
 
-def _values(state: Any) -> dict[str, float]:
-    """Of joints of one coordinate: those that place the base in the world have three or seven."""
+def _values(state: Any) -> dict[str, tuple[float, ...]]:
     texts = {joint.get("name"): joint.get("value", "") for joint in state.findall("joint")}
     try:
-        found = {name: numbers_of("value", text, (1, 3, 7)) for name, text in texts.items()}
+        return {name: tuple(numbers_of("value", text, _COUNTS)) for name, text in texts.items()}
     except InputError as error:
         raise InputError(f"state {state.get('name')!r}: {error}") from error
-    return {name: numbers[0] for name, numbers in found.items() if len(numbers) == 1}

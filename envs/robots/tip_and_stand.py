@@ -34,14 +34,15 @@ def tip_of(last: Link, carried: Sequence[PlacedShape]) -> Array:
 
 
 def stand(tree: KinematicTree) -> list[PlacedShape]:
-    """What holds an arm up of which the base's solids are not known: from the origin to the first
+    """What holds an arm up of which the base's solids are not known: from the base to the first
     joint."""
     import trimesh  # half a second, which processes that draw nothing can save
 
-    to_joint = tree.joints[0].origin[:3, 3]
+    begin = tree.links[0].offset[:3, 3]
+    to_joint = tree.joints[0].origin[:3, 3] - begin
     height = float(np.linalg.norm(to_joint))
     if height < 1e-3:
         return []
     pose = np.asarray(trimesh.geometry.align_vectors([0, 0, 1], to_joint))  # type: ignore[no-untyped-call]
-    pose[:3, 3] = to_joint / 2
+    pose[:3, 3] = begin + to_joint / 2
     return [PlacedShape(Cylinder(min(_STAND_SHARE * height, _WIDEST_STAND), height), pose)]

@@ -10,29 +10,35 @@ from xml.etree import ElementTree
 from envs.collision.shapes import PlacedShape
 from envs.errors import InputError, tell_once
 from envs.robots.arm import Part
-from envs.robots.joint_graph import JointGraph
-from envs.robots.kinematic_tree import KinematicTree
+from envs.robots.base_placement import BasePlacement
+from envs.robots.joint_graph import JointGraph, Value
+from envs.robots.kinematic_tree import Joint, KinematicTree
 from envs.robots.planning_group import PlanningGroup
 from envs.robots.urdf_elements import parsed
 from envs.robots.urdf_geometry import GEOMETRIES, check_geometry_name, shapes_of_link
-from envs.robots.urdf_tree import limits_of, tree_of
+from envs.robots.urdf_tree import tree_of
 
 _NAMED = 8
 """Joints that stand still and are named."""
 
 
 def read_urdf(
-    file: Path, group: PlanningGroup | None = None, geometry: str = "collision"
+    file: Path,
+    group: PlanningGroup | None = None,
+    geometry: str = "collision",
+    placement: BasePlacement | None = None,
 ) -> tuple[KinematicTree, tuple[Part, ...]]:
     """Reads the kinematics and the geometry of a robot.
 
-    Joints may be revolute, continuous, prismatic, planar or fixed, and may branch and mimic others.
-    A planar joint is two that slide, NAME/x and NAME/y, of which its limits are, and a continuous
-    one, NAME/theta. A continuous joint goes from -pi to pi and wraps; it ends there, and does not
-    wrap, if another mimics it by a ratio that is no whole number, or slides by it. The limits of a
-    joint that mimics another are those that follow from the other's. A limit that is left out
-    beside another is 0, as URDF has it; soft limits are not used, and a line is logged that says
-    so. Another says which joints stand still, and where.
+    Joints may be revolute, continuous, prismatic, planar, floating or fixed, and may branch and
+    mimic others. A planar joint is two that slide, NAME/x and NAME/y, of which its limits are, and
+    a continuous one, NAME/theta; a floating one is three that slide, NAME/trans_x and so on, and a
+    spherical one, NAME/rot. So are virtual joints that the group has. A continuous joint goes from
+    -pi to pi and wraps; it ends there, and does not wrap, if another mimics it by a ratio that is
+    no whole number, or slides by it. The limits of a joint that mimics another are those that
+    follow from the other's. A limit that is left out beside another is 0, as URDF has it; soft
+    limits are not used, and a line is logged that says so. Another says which joints stand still,
+    and where.
 
     Meshes may be open: they are surfaces. Their files are sought from the URDF's folder; those
     named package://NAME/REST or file://REST from each folder above it too, with NAME and without. A
@@ -43,11 +49,13 @@ def read_urdf(
         group: the joints that move; all by default.
         geometry: what collides, "collision" or "visual": the elements of links that hold it. The
             others are not read.
+        placement: where the base is in the world, whose frame is that of all poses, and bounds of
+            planar and floating joints without limits; by default at the origin, and none.
 
     Returns:
-        The tree, with its links in depth-first order from the base, which is the link that no
-        joint carries; its frame is that of all poses. And the solids of the links in that order,
-        each placed in the frame of its body.
+        The tree, with its links in depth-first order from the base, which is the link that no joint
+        carries, or the frame in which a virtual joint moves that. And the solids of the links in
+        that order, each placed in the frame of its body.
 
     Raises:
         InputError: there is no such file, or it describes no robot that can be used, or the group
@@ -56,41 +64,48 @@ def read_urdf(
     check_geometry_name(geometry)
     try:
         robot, elements = parsed(file)
-        graph = JointGraph(robot)
-        locked = (group or PlanningGroup()).locked(graph)
-        tree = tree_of(graph, locked)
+        group = group or PlanningGroup()
+        graph = JointGraph(robot, group.virtual)
+        locked = group.locked(graph)
+        tree = tree_of(graph, locked, placement)
         parts = _parts(elements, tree, geometry, file.parent)
         _tell_of_links_left_out(elements, geometry, file)
     except InputError as error:
         raise InputError(f"{file}: {error}") from error
-    _tell_of_soft_limits([graph.joints[joint.name] for joint in tree.coordinates], file)
+    both = [(joint, graph.joints[joint.name]) for joint in tree.coordinates]
+    _tell_of_soft_limits(both, file)
     _tell_of_locked(locked, file)
     return tree, parts
 
 
-def _tell_of_locked(locked: Mapping[str, float], file: Path) -> None:
+def _tell_of_locked(locked: Mapping[str, Value], file: Path) -> None:
     if locked:
-        named = [f"{name!r} at {value:g}" for name, value in locked.items()]
+        named = [f"{name!r} at {_written(value)}" for name, value in locked.items()]
         more = f", and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
         tell_once(f"{file}: joints that stand still: {', '.join(named[:_NAMED])}{more}")
 
 
-def _tell_of_soft_limits(joints: Sequence[Any], file: Path) -> None:
+def _written(value: Value) -> str:
+    numbers = value if isinstance(value, tuple) else (value,)
+    return " ".join(f"{number:g}" for number in numbers)
+
+
+def _tell_of_soft_limits(joints: Sequence[tuple[Joint, Any]], file: Path) -> None:
     """Says which joints a safety controller would hold back. MoveIt narrows their limits so, while
     Pinocchio and others do not, and some problems of MotionBenchMaker are beyond them."""
-    limited = [joint.name for joint in joints if _has_tighter_soft_limits(joint)]
+    limited = [joint.name for joint, stated in joints if _has_tighter_soft_limits(joint, stated)]
     if limited:
         named = ", ".join(map(repr, limited))
         tell_once(f"{file}: <safety_controller>'s soft limits are not used, only <limit>: {named}")
 
 
-def _has_tighter_soft_limits(joint: Any) -> bool:
-    soft = joint.safety_controller
+def _has_tighter_soft_limits(joint: Joint, stated: Any) -> bool:
+    soft = stated.safety_controller
     if soft is None:
         return False
-    ends = soft.soft_lower_limit, soft.soft_upper_limit
-    lower, upper = limits_of(joint)
-    return ends != (None, None) and ((ends[0] or 0.0) > lower or (ends[1] or 0.0) < upper)
+    lower, upper = soft.soft_lower_limit, soft.soft_upper_limit
+    tighter = (lower or 0.0) > joint.lower or (upper or 0.0) < joint.upper
+    return (lower, upper) != (None, None) and tighter
 
 
 def _parts(
@@ -99,7 +114,7 @@ def _parts(
     links = {link.get("name"): link for link in elements.findall("link")}
     parts = []
     for link in tree.links:
-        if link.name not in links:  # between the joints that stand for a planar one
+        if link.name not in links:  # between the joints that stand for one of several freedoms
             continue
         for shape in shapes_of_link(links[link.name], geometry, folder):
             placed = PlacedShape(shape.solid, link.offset @ shape.pose)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import io
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,6 +21,7 @@ _READ = {
     "link": ("collision", "visual"),
     "collision": ("origin", "geometry"),
     "visual": ("origin", "geometry"),
+    "mesh": ("drake:declare_convex",),
     "joint": ("parent", "child", "origin", "axis", "limit", "mimic", "safety_controller"),
 }
 """Elements that are read, by the one that they are in; of a geometry, all."""
@@ -86,11 +88,14 @@ def read_xml(file: Path, kind: str) -> ElementTree.Element:
     """
     if not exists(file.is_file):
         raise InputError("no such file")
+    if file.suffix == ".xacro":
+        plain = file.with_suffix("").with_suffix(f".{kind.lower()}").name
+        raise InputError(f"is a xacro file; expand it first: xacro {file.name} > {plain}")
     size = file.stat().st_size
     if size > _MOST_BYTES:
         raise InputError(f"has {size} bytes; {kind}s of at most {_MOST_BYTES} are read")
     try:
-        root = _tree(file.read_bytes())
+        root = _tree(_from_its_beginning(file.read_bytes()))
     except InputError:
         raise
     except expat.ExpatError as error:
@@ -99,6 +104,12 @@ def read_xml(file: Path, kind: str) -> ElementTree.Element:
         raise InputError(f"cannot be read: {error}") from error
     _check_root(root, kind)
     return root
+
+
+def _from_its_beginning(content: bytes) -> bytes:
+    """Without empty lines before an XML declaration, which others of URDF's readers pass over."""
+    mark = codecs.BOM_UTF8 if content.startswith(codecs.BOM_UTF8) else b""
+    return mark + content.removeprefix(mark).lstrip()
 
 
 def _without_shapes(root: ElementTree.Element) -> ElementTree.Element:
@@ -147,7 +158,8 @@ class _ShallowTree(ElementTree.TreeBuilder):
 def _check_root(root: ElementTree.Element, kind: str) -> None:
     declared = (key for key, uri in root.items() if "xacro" in uri and key.startswith("xmlns:"))
     prefixes = ("xacro:", *(f"{key.removeprefix('xmlns:')}:" for key in declared))
-    if any(element.tag.startswith(prefixes) for element in root.iter()):
+    is_old = root.find("macro") is not None or root.find("include") is not None
+    if is_old or any(element.tag.startswith(prefixes) for element in root.iter()):
         expanded = f"OUT.{kind.lower()}"
         raise InputError(f"has xacro macros in it; expand them first: xacro IN > {expanded}")
     if root.tag != "robot":
@@ -161,12 +173,30 @@ def _as_read(element: ElementTree.Element) -> ElementTree.Element:
     of_urdf = {key: value for key, value in element.items() if not _has_prefix(key)}
     copy = ElementTree.Element(element.tag, of_urdf)
     wanted = _READ.get(element.tag, ())
+    if element.tag == "joint" and _turns_for_ever(element):
+        copy.set("type", "continuous")
     if element.tag == "joint":
-        wanted = _READ_OF_JOINT.get(element.get("type", ""), wanted)
+        wanted = _READ_OF_JOINT.get(copy.get("type", ""), wanted)
     for child in element:
         if child.tag in wanted or element.tag == "geometry":
             copy.append(_as_read(child))
     return copy
+
+
+def _turns_for_ever(joint: ElementTree.Element) -> bool:
+    """Whether a revolute joint has limits that are none: what SDFormat has for those, 1e16 or
+    infinity, is in URDFs that were made from its files."""
+    limit = joint.find("limit")
+    if joint.get("type") != "revolute" or limit is None:
+        return False
+    try:
+        lower, upper = (float(limit.get(key, "0")) for key in ("lower", "upper"))
+    except ValueError:
+        return False
+    return lower <= -_NO_LIMIT and upper >= _NO_LIMIT
+
+
+_NO_LIMIT = 1e16
 
 
 def _has_prefix(name: str) -> bool:
@@ -227,5 +257,11 @@ def numbers_of(key: str, text: str, counts: Sequence[int] = (1,)) -> list[float]
         numbers = []
     if len(numbers) not in counts or not all(abs(number) <= LARGEST for number in numbers):
         wanted = f"{' or '.join(map(str, counts))} finite numbers of at most {LARGEST:g}"
-        raise InputError(f"{key}={text!r} must hold {wanted}, spaces between")
+        raise InputError(f"{key}={text!r} must hold {wanted}, spaces between{xacro_hint(text)}")
     return numbers
+
+
+def xacro_hint(text: str) -> str:
+    """What to add to a message about a text that only xacro understands."""
+    is_of_xacro = "${" in text or "$(" in text
+    return "; this is xacro's, expand the file first: xacro IN > OUT" if is_of_xacro else ""

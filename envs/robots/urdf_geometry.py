@@ -9,12 +9,12 @@ from xml.etree import ElementTree
 import numpy as np
 from trimesh import transformations
 
-from envs.collision.shapes import SIZED, Mesh, PlacedShape, Solid
+from envs.collision.shapes import SIZED, ConvexHull, Mesh, PlacedShape, Solid
 from envs.errors import InputError, UnknownNameError, suggestion
-from envs.files.mesh_file import read_mesh
+from envs.files.mesh_file import read_mesh, read_points
 from envs.files.paths import exists, safe_join
 from envs.problem import Array
-from envs.robots.urdf_elements import check_origin, numbers_of
+from envs.robots.urdf_elements import check_origin, numbers_of, xacro_hint
 
 GEOMETRIES = ("collision", "visual")
 """Elements of links that hold geometry."""
@@ -94,12 +94,15 @@ def _needed(shape: ElementTree.Element, key: str) -> str:
 
 def _mesh(shape: ElementTree.Element, folder: Path) -> Mesh:
     """A mesh file scaled; where that mirrors it, its faces are turned round, so that what was
-    outward stays outward."""
+    outward stays outward. Of one that is declared convex, as Drake has it, the hull is meant."""
     scale = np.array(numbers_of("scale", shape.get("scale", "1"), _MESH_SCALES))
     if (scale == 0).any():
         raise InputError("a mesh's scale must not be 0")
     scale = np.broadcast_to(scale, 3)
-    mesh = read_mesh(_mesh_file(_needed(shape, "filename"), folder))
+    file = _mesh_file(_needed(shape, "filename"), folder)
+    if shape.find("drake:declare_convex") is not None:
+        return ConvexHull.of_points(read_points(file) * scale)
+    mesh = read_mesh(file)
     return Mesh(mesh.vertices * scale, mesh.faces[:, :: int(np.sign(scale.prod()))])
 
 
@@ -123,4 +126,5 @@ def _mesh_file(name: str, folder: Path) -> Path:
             return candidate
     raise InputError(
         f"no such mesh: {name}, sought from {folder}; put it there or correct its name"
+        f"{xacro_hint(name)}"
     )

@@ -11,25 +11,29 @@ from scipy.spatial.transform import Rotation
 
 from envs.errors import InputError
 from envs.problem import Array
-from envs.robots.joint_graph import Followed, JointGraph
+from envs.robots.base_placement import BasePlacement
+from envs.robots.joint_graph import Followed, JointGraph, Value
 from envs.robots.kinematic_tree import Joint, KinematicTree, Link, Mimic
 
 
-def tree_of(graph: JointGraph, locked: Mapping[str, float]) -> KinematicTree:
+def tree_of(
+    graph: JointGraph, locked: Mapping[str, Value], placement: BasePlacement | None = None
+) -> KinematicTree:
     """The tree of a robot.
 
     Args:
         graph: its links and joints.
-        locked: the values of joints that stand still and follow no other, by name, in radians or
-            metres.
+        locked: the values of joints that stand still and follow no other, by name.
+        placement: where the base is; by default at the origin.
 
     Raises:
         InputError: no joint is left that moves, or one that does cannot be used.
     """
+    placement = placement or BasePlacement()
     links: list[Link] = []
     moving: list[tuple[Any, Array]] = []  # a joint, and its place on the body before
     parents: list[int] = []
-    todo: list[tuple[str, Any, int, Array]] = [(graph.base, None, 0, np.eye(4))]
+    todo: list[tuple[str, Any, int, Array]] = [(graph.base, None, 0, placement.pose)]
     while todo:
         name, joint, body, at = todo.pop()
         if joint is not None:
@@ -40,12 +44,17 @@ def tree_of(graph: JointGraph, locked: Mapping[str, float]) -> KinematicTree:
                 parents.append(body)
                 body, at = len(moving), np.eye(4)
             elif followed is not None:
-                at = at @ _moved(joint, _value(followed, locked))
+                at = at @ _moved(joint, followed, locked)
         links.append(Link(name, body, at, joint.parent if joint else ""))
         todo += [(j.child, j, body, at) for j in reversed(graph.leaving(name))]
     if not moving:
         raise InputError("none of its joints moves; an arm needs at least one that does")
-    joints = _joints([(*one, graph.followed[one[0].name]) for one in moving])
+    limits = {
+        joint.name: _limits(joint, graph, placement)
+        for joint, _ in moving
+        if graph.followed[joint.name].name == joint.name
+    }
+    joints = _joints([(*one, graph.followed[one[0].name]) for one in moving], limits)
     return KinematicTree(joints, tuple(links), tuple(parents))
 
 
@@ -54,18 +63,17 @@ def pose(origin: Array | None) -> Array:
     return np.eye(4) if origin is None else origin
 
 
-def _moves(followed: Followed, locked: Mapping[str, float]) -> bool:
+def _moves(followed: Followed, locked: Mapping[str, Value]) -> bool:
     return followed.ratio != 0 and followed.name not in locked
 
 
-def _value(followed: Followed, locked: Mapping[str, float]) -> float:
-    """Of a joint that stands still."""
-    return followed.ratio * locked.get(followed.name, 0.0) + followed.offset
-
-
-def _moved(joint: Any, value: float) -> Array:
-    """By a joint that stands still at a value, (4, 4)."""
-    moved = np.eye(4)
+def _moved(joint: Any, followed: Followed, locked: Mapping[str, Value]) -> Array:
+    """By a joint that stands still, (4, 4)."""
+    moved, value = np.eye(4), locked.get(followed.name, 0.0)
+    if isinstance(value, tuple):
+        moved[:3, :3] = Rotation.from_quat(value).as_matrix()
+        return moved
+    value = followed.ratio * value + followed.offset
     if value == 0:
         return moved
     if joint.type == "prismatic":
@@ -75,10 +83,11 @@ def _moved(joint: Any, value: float) -> Array:
     return moved
 
 
-def _joints(moving: Sequence[tuple[Any, Array, Followed]]) -> tuple[Joint, ...]:
-    """The joints that move, in their order."""
+def _joints(
+    moving: Sequence[tuple[Any, Array, Followed]], limits: Mapping[str, tuple[float, float]]
+) -> tuple[Joint, ...]:
+    """The joints that move, in their order; `limits` of those that follow none."""
     numbers = {joint.name: number for number, (joint, _, _) in enumerate(moving)}
-    limits = {j.name: limits_of(j) for j, _, followed in moving if followed.name == j.name}
     held = {f.name for joint, _, f in moving if not _turns_with(joint, f)}
     found = []
     for joint, origin, followed in moving:
@@ -91,6 +100,7 @@ def _joints(moving: Sequence[tuple[Any, Array, Followed]]) -> tuple[Joint, ...]:
                 *(min(ends), max(ends), _velocity(joint)),
                 wraps=follows_none and joint.type == "continuous" and joint.name not in held,
                 mimic=None if follows_none else mimic,
+                spherical=joint.type == "spherical",
             )
         )
     return tuple(found)
@@ -103,6 +113,8 @@ def _turns_with(joint: Any, followed: Followed) -> bool:
 
 
 def _axis(joint: Any) -> Array:
+    if joint.type == "spherical":
+        return np.zeros(3)
     length = math.hypot(*joint.axis)
     if not 1e-9 < length < math.inf:
         raise InputError(f"joint {joint.name!r}: its axis has no usable length, as 0 0 1 has")
@@ -112,25 +124,43 @@ def _axis(joint: Any) -> Array:
 
 def _velocity(joint: Any) -> float | None:
     """The limit of its velocity; 0, which exporters write where they know none, is none."""
-    stated = None if joint.limit is None else joint.limit.velocity
+    has_one = joint.limit is not None and joint.type != "spherical"
+    stated = joint.limit.velocity if has_one else None
     return stated if stated is not None and 0 < stated < math.inf else None
 
 
-def limits_of(joint: Any) -> tuple[float, float]:
+def _limits(joint: Any, graph: JointGraph, placement: BasePlacement) -> tuple[float, float]:
     """The limits of a joint that moves, in radians or metres; without any, half a turn either way.
 
     Raises:
         InputError: it must have some, and has none that can be used.
     """
-    if joint.type == "continuous":
+    if joint.type in ("continuous", "spherical"):
         return -math.pi, math.pi
     limit = joint.limit
     if limit is None or (limit.lower is None and limit.upper is None):
-        raise InputError(f'joint {joint.name!r} has no limits; add <limit lower="." upper="."/>')
+        return _bounds(joint, graph.axis_of_part(joint.name), placement)
     lower, upper = limit.lower or 0.0, limit.upper or 0.0
     if lower >= upper:
         raise InputError(
             f"joint {joint.name!r}: its lower limit {lower:g} must be below its upper {upper:g}; "
-            "a joint that does not move is of type fixed"
+            "a joint that does not move is of type fixed, or say which joints move instead"
         )
     return lower, upper
+
+
+def _bounds(joint: Any, axis: int | None, placement: BasePlacement) -> tuple[float, float]:
+    """The limits of a joint that has none of its own: of one that slides along an axis of those
+    that a planar or floating one is."""
+    if axis is None:
+        raise InputError(
+            f'joint {joint.name!r} has no limits; add <limit lower="." upper="."/>, make it '
+            "continuous, or say which joints move instead"
+        )
+    ends = placement.ends(axis)
+    if ends is None:
+        raise InputError(
+            f"joint {joint.name!r} has no limits; say between which corners it moves, "
+            'volume="X,Y,Z,X,Y,Z", or which joints move instead'
+        )
+    return ends

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,9 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
+from envs import connection
+from envs.collision.fcl_model import Allowed, CollisionModel, Prover
 from envs.collision.mesh import Containment
 from envs.collision.primitive_sdf import SceneArrays, scene_arrays
+from envs.collision.separation import shapes_of
 from envs.collision.shapes import PlacedShape, rounded
 from envs.environment import Environment, LinkGeometry
 from envs.errors import InputError
@@ -23,6 +24,7 @@ from envs.robots import arm_clearance, rrt_connect
 from envs.robots.allowed_collisions import FAR
 from envs.robots.arm import SLACK, Arm, RobotArrays
 from envs.robots.arm_crowding import causes
+from envs.robots.motion_proof import prove
 from envs.robots.tip_and_stand import stand
 from envs.seeding import derived_seed, stream
 from envs.spaces import Space
@@ -67,12 +69,13 @@ class _Made:
 
 class ArmWorld(Environment):
     """An arm, or several on one base, among solids. Joints in radians (metres where they slide),
-    lengths in metres, in the frame of the base, which stands still. Joints without limits wrap.
+    lengths in metres, in the frame of the world. Joints without limits wrap.
 
     Args:
         arm: the robot.
         obstacles: solids; the base may touch them.
         kind: names the random streams of the problems, with `seeds`.
+        names: of the obstacles, "" of those that have none; by default none has.
 
     Attributes:
         min_clearance: least clearance of a problem's start and goal, in metres; of links from each
@@ -86,9 +89,15 @@ class ArmWorld(Environment):
     most_free_of_five = 5
     units = MappingProxyType({"configuration": "rad", "workspace": "m"})
     trace_label = "tip of the tool"
+    allowed_apart = True
 
     def __init__(
-        self, arm: Arm, obstacles: Sequence[PlacedShape], kind: str, seeds: tuple[int, ...] = ()
+        self,
+        arm: Arm,
+        obstacles: Sequence[PlacedShape],
+        kind: str,
+        seeds: tuple[int, ...] = (),
+        names: Sequence[str] = (),
     ) -> None:
         self.robot: Arm = arm
         self.obstacles: Sequence[PlacedShape] = list(obstacles)
@@ -96,6 +105,7 @@ class ArmWorld(Environment):
         self.speed_model = SpeedModel(d_min=_D_MAX / 15, d_max=_D_MAX, contact=_CONTACT)
         self._kind = kind
         self._seeds = seeds
+        self._names = names or [""] * len(obstacles)
         self._last_made: tuple[tuple[int, int] | None, _Made] = (None, _Made())
 
     @property
@@ -115,6 +125,13 @@ class ArmWorld(Environment):
     @property
     def shape_names(self) -> Sequence[str]:
         return [f"link {name!r}" for name in self.robot.links]
+
+    @property
+    def obstacle_names(self) -> Sequence[str]:
+        """Those that they have, else their kinds and numbers."""
+        others = super().obstacle_names
+        both = zip(self._names, others, strict=True)
+        return [f"obstacle {name!r}" if name else other for name, other in both]
 
     @cached_property
     def scene(self) -> SceneArrays:
@@ -147,11 +164,17 @@ class ArmWorld(Environment):
         return self.speed_model(self.approximate_clearance(q))
 
     def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
-        straight = [self.space.unwrapped(path) for path in paths]
-        free = arm_clearance.paths_are_free(self.robot.arrays, self.scene, straight, tolerance)
+        free = np.array([self._is_free(path, tolerance) for path in paths], dtype=np.bool_)
         if self.allowed is not None:  # which cannot change along a path that touches nothing
             free &= self.allowed(np.array([path[0] for path in paths]))
         return free
+
+    def _is_free(self, path: Array, tolerance: float) -> bool:
+        """Whether a path (k, d) touches nothing, for all that spheres prove."""
+        return all(
+            arm_clearance.paths_are_free(robot, self.scene, [straight], tolerance)[0]
+            for robot, straight in self.robot.motions(path)
+        )
 
     @cached_property
     def _model(self) -> CollisionModel:
@@ -163,14 +186,14 @@ class ArmWorld(Environment):
         return containment if containment.possible else None
 
     @property
-    def lower_bounds(self) -> LowerBounds:
-        return self._part_clearances
+    def prover(self) -> Prover:
+        around = shapes_of(self.obstacles)
 
-    def _part_clearances(self, q: Array, most: float) -> Array:
-        found = np.empty(self.robot.moving)
-        q = np.array(q)  # may be read-only, for which Numba would compile all of it once more
-        arm_clearance.part_clearances(self.robot.arrays, self.scene, q, found, most)
-        return found
+        def proved(a: Array, b: Array, tolerance: float) -> tuple[float, bool]:
+            [(robot, (begin, end))] = self.robot.motions(np.array([a, b]))
+            return prove(robot, around, begin, end, tolerance)
+
+        return proved
 
     @cached_property
     def kept(self) -> Array:
@@ -219,8 +242,7 @@ class ArmWorld(Environment):
 
     def _cause(self, made: _Made) -> str:
         """Why there are no more problems."""
-        farthest = np.where(self.robot.tree.arrays.wraps, math.pi, self.upper - self.lower)
-        if np.linalg.norm(farthest) <= self.min_separation:
+        if self.space.extent <= self.min_separation:
             return (
                 f"start and goal must be {self.min_separation:g} apart (in radians, metres where a "
                 "joint slides), and the joints' limits are narrower; widen them"
@@ -233,7 +255,7 @@ class ArmWorld(Environment):
 
     def _tightness(self) -> str:
         """How many configurations are no ends, and what is too near there."""
-        q = stream("crowding").uniform(self.lower, self.upper, (_LOOKED_AT, self.dimension))
+        q = self.space.sample(stream("crowding"), _LOOKED_AT)
         tight = 1 - self._may_be_end(q).mean()
         names, clear = self.obstacle_names, self.min_clearance
         near = causes(self.robot, self.obstacles, names, q, clear, self.kept)
@@ -246,7 +268,6 @@ class ArmWorld(Environment):
 
     def _take(self, made: _Made, rng: np.random.Generator, start: Array, goal: Array) -> bool:
         """Adds a problem if it will do."""
-        arm, scene = self.robot.arrays, self.scene
         # What is free for planners is free for the judge, and asked in a hundredth of the time.
         line = [np.array([start, goal])]
         for_planners = bool(self.paths_are_free(line, self.planning_tolerance)[0])
@@ -254,20 +275,30 @@ class ArmWorld(Environment):
         recent = made.straight[len(made.straight) - len(made.straight) % 5 :]
         if straight and sum(recent) == self.most_free_of_five:
             return False
-        draws = rng.uniform(self.lower, self.upper, (rrt_connect.ITERATIONS, self.dimension))
-        if not rrt_connect.is_connected(arm, scene, start, goal, draws, self.planning_tolerance):
+        if not self._are_connected(start, goal, self.space.sample(rng, rrt_connect.ITERATIONS)):
             made.dropped += 1
             return False
         made.straight.append(straight)
         made.pairs.append((start, goal))
         return True
 
+    def _are_connected(self, start: Array, goal: Array, draws: Array) -> bool:
+        """Whether a long search joins two configurations."""
+        arm, tolerance = self.robot.arrays, self.planning_tolerance
+        if not arm.tree.spherical.any():
+            return rrt_connect.is_connected(arm, self.scene, start, goal, draws, tolerance)
+
+        def is_free(a: Array, b: Array) -> bool:
+            return self._is_free(np.array([a, b]), tolerance)
+
+        return connection.is_connected(self.space, is_free, start, goal, draws, rrt_connect.STEP)
+
     def _ends(self, rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
         """Starts and goals, until a hundred thousand pairs in a row are refused, or thousands of
         configurations hold no end at all."""
         fruitless, none = 0, 0
         while fruitless < 100 and none < _HOPELESS:
-            start, goal = rng.uniform(self.lower, self.upper, (2, 1024, self.dimension))
+            start, goal = np.split(self.space.sample(rng, 2 * 1024), 2)
             none, fruitless = none + 1, fruitless + 1
             for some in range(0, 1024, _AT_A_TIME):
                 a, b = start[some : some + _AT_A_TIME], goal[some : some + _AT_A_TIME]
@@ -305,11 +336,12 @@ class ArmWorld(Environment):
 
     def definition(self) -> dict[str, Any]:
         model, tree = self.speed_model, self.robot.tree
-        wraps = np.flatnonzero(tree.arrays.wraps).tolist()
+        wraps, spherical = map(_listed, (tree.arrays.wraps, tree.arrays.spherical))
         pairs = [[i, j, round(self.kept[i, j], 6)] for i, j in self.robot.pairs]
         return {
             **({"pairs": pairs} if self.robot.self_collision else {}),
             **({"wraps": wraps} if wraps else {}),
+            **({"spherical": spherical} if spherical else {}),
             **({} if tree.is_serial else {"tree": tree.definition()}),
             "class": "ArmWorld",
             "version": 1,
@@ -330,3 +362,8 @@ class ArmWorld(Environment):
                 *(self._kind, *self._seeds),
             ],
         }
+
+
+def _listed(chosen: NDArray[np.bool_]) -> list[int]:
+    found: list[int] = np.flatnonzero(chosen).tolist()
+    return found

@@ -11,6 +11,7 @@ from envs.collision.shapes import Box, Cylinder, PlacedShape
 from envs.errors import InputError
 from envs.problem import Array
 from envs.robots.arm import Arm
+from envs.robots.base_placement import BasePlacement
 from envs.robots.named_robots import robot_named
 from envs.robots.planning_group import PlanningGroup
 from envs.robots.robot_description import RobotDescription
@@ -18,7 +19,7 @@ from envs.robots.srdf import Srdf, read_srdf
 from envs.robots.urdf import read_urdf
 from envs.robots.urdf_elements import numbers_of
 from envs.scenes.arm_world import ArmWorld
-from envs.scenes.scene_file import read_scene
+from envs.scenes.scene_file import Scene, read_scene
 from envs.seeding import stream
 
 _MODELS = Path(__file__).parents[1] / "robots" / "models"
@@ -66,6 +67,12 @@ class UserArm(ArmWorld):
         pose: where some of the others stand, as JOINT:VALUE in radians or metres. What neither
             says stands at 0, or as near as its limits allow.
         geometry: which geometry of the links collides, "collision" or "visual".
+        base: where the base stands in the world, in which obstacles are placed: x, y, z, or these
+            and roll, pitch, yaw, in metres and radians; by default at the origin. Of a base that
+            moves, where the frame is in which it does.
+        volume: between which corners planar and floating joints move that have no limits of their
+            own: x, y, z of the lower one and then of the upper, in metres (of planar ones x, y will
+            do), in the frame of the joint.
 
     Raises:
         InputError: a file cannot be used, or does not have what is named.
@@ -84,6 +91,8 @@ class UserArm(ArmWorld):
         pose: tuple[str, ...] = (),
         geometry: str = "collision",
         robot: str = "",
+        base: tuple[float, ...] = (),
+        volume: tuple[float, ...] = (),
     ) -> None:
         named = _description(urdf, robot)
         if not (group or tip or joints):
@@ -92,10 +101,26 @@ class UserArm(ArmWorld):
         semantics = read_srdf(file) if file else Srdf()
         values = dict(map(_value_of, pose))
         planned = PlanningGroup(semantics, group, tip, joints, state or named.state, values)
-        tree, parts = read_urdf(named.urdf, planned, geometry)
-        allowed = semantics.allowed([link.name for link in tree.links])
-        obstacles = read_scene(Path(scene)) if scene else []
-        super().__init__(Arm(tree, parts, self_collision, allowed), obstacles, "arm")
+        placement = BasePlacement.of_numbers(base, volume)
+        tree, parts = read_urdf(named.urdf, planned, geometry, placement)
+        links = [link.name for link in tree.links]
+        about = read_scene(Path(scene)) if scene else Scene(Path())
+        about.check_names(links)
+        allowed = semantics.allowed(links) | about.allowed_links(links)
+        arm = Arm(tree, parts, self_collision, allowed)
+        _refuse_contacts(arm, about)
+        super().__init__(arm, about.obstacles, "arm", names=about.names)
+
+
+def _refuse_contacts(arm: Arm, scene: Scene) -> None:
+    """Links that move are checked against all obstacles."""
+    allowed = np.argwhere(scene.allowed_contacts(arm.links[: arm.moving]))
+    for part, obstacle in allowed:
+        pair = f"link {arm.links[part]!r} and obstacle {scene.names[obstacle]!r}"
+        raise InputError(
+            f"{scene.file}: allowed_collisions: {pair} may not be allowed to touch yet; leave them "
+            "out, and move the obstacle away"
+        )
 
 
 def _description(urdf: str, robot: str) -> RobotDescription:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous
-from envs.collision.fcl_model import Allowed, CollisionModel, LowerBounds
+from envs.collision.fcl_model import Allowed, CollisionModel
 from envs.collision.mesh import Containment
 from envs.collision.shapes import PlacedShape
 from envs.connection import is_connected
@@ -157,15 +157,6 @@ class RigidBodyWorld(Environment):
     def shape_names(self) -> Sequence[str]:
         count = self.robot.moving
         return ["the body"] if count == 1 else [f"part {n + 1} of the body" for n in range(count)]
-
-    @property
-    def lower_bounds(self) -> LowerBounds:
-        return self._part_clearances
-
-    def _part_clearances(self, q: Array, most: float) -> Array:
-        [clearances] = self._of_spheres(self.world.surface_clearance, q[None])
-        found: Array = np.minimum.reduceat(clearances, self.robot.cover.begins)
-        return found
 
     def paths_are_free(self, paths: Sequence[Array], tolerance: float) -> NDArray[np.bool_]:
         free = continuous.paths_are_free(

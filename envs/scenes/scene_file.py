@@ -2,25 +2,74 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
-from scipy.spatial.transform import Rotation
+from numpy.typing import NDArray
 
-from envs.collision.shapes import LARGEST, SIZED, Mesh, PlacedShape, Solid
-from envs.errors import InputError, brief, input_error_of, suggestion
-from envs.files.mesh_file import read_mesh
-from envs.files.paths import exists, safe_join
-from envs.problem import Array
+from envs.collision.shapes import PlacedShape
+from envs.errors import InputError, UnknownNameError, brief, input_error_of, suggestion
+from envs.files.paths import exists
+from envs.scenes.scene_obstacles import obstacle_of
 
 
-def read_scene(file: Path) -> list[PlacedShape]:
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What a scene file says; by default nothing.
+
+    Attributes:
+        file: for messages.
+        obstacles: in the frame of the world, in the file's order.
+        names: of the obstacles, "" of those that have none.
+        allowed: pairs of names of links and obstacles that may touch each other.
+    """
+
+    file: Path
+    obstacles: Sequence[PlacedShape] = ()
+    names: Sequence[str] = ()
+    allowed: Sequence[tuple[str, str]] = ()
+
+    def check_names(self, links: Sequence[str]) -> None:
+        """Checks what `allowed` names against the names of a robot's links.
+
+        Raises:
+            InputError: something else is named, or what would be allowed is not forbidden.
+        """
+        both = sorted(set(links) & set(self.names))
+        if self.allowed and both:
+            raise InputError(f"{self.file}: a link and an obstacle are called {both[0]!r}")
+        known = (*links, *filter(None, self.names))
+        for pair in self.allowed:
+            for name in pair:
+                if name not in known:
+                    error = UnknownNameError("link or obstacle", name, known)
+                    raise InputError(f"{self.file}: allowed_collisions: {error}")
+            if set(pair) <= set(self.names):
+                said = f"{' and '.join(map(repr, pair))} are obstacles, which may touch anyway"
+                raise InputError(f"{self.file}: allowed_collisions: {said}; leave that pair out")
+
+    def allowed_links(self, links: Sequence[str]) -> frozenset[frozenset[str]]:
+        """The allowed pairs of which both are among the links."""
+        return frozenset(frozenset(pair) for pair in self.allowed if set(pair) <= set(links))
+
+    def allowed_contacts(self, links: Sequence[str]) -> NDArray[np.bool_]:
+        """Which parts of a robot may touch which obstacles, (p, o) of bool; `links` (p,) are those
+        that the parts belong to."""
+        either = {*self.allowed, *(pair[::-1] for pair in self.allowed)}
+        found = [[(link, name) in either for name in self.names] for link in links]
+        return np.array(found, dtype=np.bool_).reshape(len(links), len(self.names))
+
+
+def read_scene(file: Path) -> Scene:
     """Reads obstacles from a file such as
 
         obstacles:
           - box: [0.6, 1.2, 0.05]    # full sides
+            name: table              # for messages and allowed_collisions; none unless given
             position: [0.5, 0, 0.2]  # of its middle; [0, 0, 0] unless given
           - sphere: 0.1              # radius
             position: [0.3, -0.4, 0.6]
@@ -29,23 +78,27 @@ def read_scene(file: Path) -> list[PlacedShape]:
             rpy: [0, 1.5708, 0]      # roll, pitch, yaw as in URDF; [0, 0, 0] unless given
           - mesh: shelf.stl          # from this file's folder or the one above; watertight
             scale: 0.001             # 1 unless given
+          - hull: rock.obj           # all between the points of a file, with faces or without;
+                                     # or a list of at least 4 points [x, y, z]
+        allowed_collisions:          # pairs of links and obstacles that may touch
+          - [left_finger, right_finger]
 
-    Lengths are in metres, angles in radians, positions in the frame of the arm's base; none is
-    more than `LARGEST`, and the file has at most 256 KiB.
-
-    Returns:
-        The obstacles in the file's order.
+    Lengths are in metres, angles in radians, positions in the frame of the world, which is that of
+    the arm's base unless that is placed elsewhere; none is more than `LARGEST`, and the file has at
+    most 256 KiB.
 
     Raises:
         InputError: there is no such file, or it is not such a file.
     """
     try:
-        return [
-            _obstacle(number, entry, file.parent)
-            for number, entry in enumerate(_entries(file), start=1)
-        ]
+        content = _content(file)
+        named = [_obstacle(*one, file.parent) for one in enumerate(content["obstacles"], start=1)]
+        allowed = _allowed(content.get("allowed_collisions", []))
+        names, obstacles = zip(*named, strict=True)
+        _check_unique(names)
     except InputError as error:
         raise InputError(f"{file}: {error}") from error
+    return Scene(file, obstacles, names, allowed)
 
 
 class _Loader(yaml.SafeLoader):
@@ -77,7 +130,7 @@ _MOST_BYTES = 2**18
 """Of a scene, thousands of obstacles; PyYAML reads some tens of kilobytes a second."""
 
 
-def _entries(file: Path) -> list[Any]:
+def _content(file: Path) -> dict[Any, Any]:
     if not exists(file.is_file):
         raise InputError("no such file")
     try:
@@ -93,93 +146,36 @@ def _entries(file: Path) -> list[Any]:
     if not isinstance(content, dict):
         raise InputError("must be a mapping with the key 'obstacles'")
     for key in content:
-        if key != "obstacles":
-            raise InputError(f"unknown key {brief(key)}; {suggestion(brief(key), ['obstacles'])}")
-    obstacles = content.get("obstacles")
-    if not isinstance(obstacles, list) or not obstacles:
+        if key not in _KEYS:
+            raise InputError(f"unknown key {brief(key)}; {suggestion(brief(key), _KEYS)}")
+    if not isinstance(content.get("obstacles"), list) or not content["obstacles"]:
         raise InputError("'obstacles' must be a list of at least one obstacle")
-    return obstacles
+    return content
 
 
-def _obstacle(number: int, entry: Any, folder: Path) -> PlacedShape:
+_KEYS = ("obstacles", "allowed_collisions")
+
+
+def _obstacle(number: int, entry: Any, folder: Path) -> tuple[str, PlacedShape]:
     try:
-        if not isinstance(entry, dict):
-            raise InputError(f"must be a mapping such as 'sphere: 0.1', not {brief(entry)}")
-        _check_keys(entry)
-        return PlacedShape(_solid(entry, folder), _pose(entry))
+        return obstacle_of(entry, folder)
     except ValueError as error:  # InputError, or a shape's own
         raise InputError(f"obstacle {number}: {error}") from error
 
 
-def _check_keys(entry: dict[Any, Any]) -> None:
-    shapes = (*SIZED, "mesh")
-    keys = (*shapes, "scale", "position", "rpy")
-    for key in entry:
-        if key not in keys:
-            raise InputError(f"unknown key {brief(key)}; {suggestion(brief(key), keys)}")
-    named = [key for key in shapes if key in entry]
-    if len(named) != 1:
-        given = " and ".join(named) or "none"
-        raise InputError(f"must have one of {', '.join(shapes)}, not {given}")
-    if "scale" in entry and "mesh" not in entry:
-        raise InputError("only a mesh may have a scale")
+def _allowed(pairs: Any) -> list[tuple[str, str]]:
+    if not isinstance(pairs, list):
+        raise InputError(f"allowed_collisions must be a list of pairs, not {brief(pairs)}")
+    for pair in pairs:
+        names = pair if isinstance(pair, list) else []
+        of_names = all(isinstance(name, str) for name in names)
+        if not (len(names) == 2 and of_names and names[0] != names[1]):
+            wanted = "two names of links or obstacles, as in [hand, table]"
+            raise InputError(f"allowed_collisions: each must be {wanted}, not {brief(pair)}")
+    return [(one, other) for one, other in pairs]
 
 
-def _solid(entry: dict[Any, Any], folder: Path) -> Solid:
-    if "mesh" in entry:
-        return _mesh(entry, folder)
-    [kind] = [key for key in SIZED if key in entry]
-    count = sum(SIZED[kind].sizes.values())
-    if count == 1:
-        return SIZED[kind].of_sizes([_size(entry[kind], kind)])
-    return SIZED[kind].of_sizes(_sizes(entry, kind, count))
-
-
-def _mesh(entry: dict[Any, Any], folder: Path) -> Mesh:
-    name = entry["mesh"]
-    if not isinstance(name, str):
-        raise InputError(f"mesh must name a file, not {brief(name)}")
-    scale = _size(entry.get("scale", 1), "scale")
-    read = read_mesh(safe_join(folder, name))
-    if not read.closed:
-        raise InputError(
-            f"{folder / name} is not watertight, so it has no inside: {read.holes}; close its holes"
-        )
-    return Mesh(read.vertices * scale, read.faces)
-
-
-def _pose(entry: dict[Any, Any]) -> Array:
-    still = [0, 0, 0]
-    rpy = _numbers(entry.get("rpy", still), "rpy", 3)
-    pose = np.eye(4)
-    # Lower case: about fixed axes, x first, as URDF has it.
-    pose[:3, :3] = Rotation.from_euler("xyz", rpy).as_matrix()
-    pose[:3, 3] = _numbers(entry.get("position", still), "position", 3)
-    return pose
-
-
-def _sizes(entry: dict[Any, Any], key: str, count: int) -> list[float]:
-    return [_size(value, key) for value in _numbers(entry[key], key, count)]
-
-
-def _numbers(values: Any, key: str, count: int) -> list[float]:
-    if not isinstance(values, list) or len(values) != count:
-        raise InputError(f"{key} must be a list of {count} numbers, not {brief(values)}")
-    return [_number(value, key) for value in values]
-
-
-def _size(value: Any, key: str) -> float:
-    size = _number(value, key)
-    if size <= 0:
-        raise InputError(f"{key} must be above 0, not {size:g}")
-    return size
-
-
-def _number(value: Any, key: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{key} wants a number such as 0.5 or 1.0e-3, not {brief(value)}")
-    if not abs(value) <= LARGEST:
-        raise InputError(
-            f"{key} must be finite and at most {LARGEST:g} in size, not {brief(value)}"
-        )
-    return float(value)
+def _check_unique(names: Sequence[str]) -> None:
+    for number, name in enumerate(names):
+        if name and name in names[:number]:
+            raise InputError(f"two obstacles are called {name!r}; rename one")

@@ -94,6 +94,7 @@ class _Solver:
     """What each process keeps."""
 
     def __init__(self, env: Environment, plan: LabelPlan, seed: int) -> None:
+        self._env = env
         self._plan = plan
         self._seed = seed
         resolution = plan.resolution or default_resolution(env.dimension)
@@ -105,13 +106,13 @@ class _Solver:
 
     def __call__(self, index: int) -> Labels:
         """Those of source number `index`."""
-        plan, grid, scale = self._plan, self._grid, self._scale
+        plan, grid, scale, env = self._plan, self._grid, self._scale, self._env
         rng = stream("field labels", self._seed, index)
         source = scale.denormalize(self._points.draw(rng, 1)[0])
         times = grid.arrival_times(source)
         nearest = plan.nearest * float(grid.spacing.max())
         goals = scale.denormalize(self._points.draw(rng, 2 * plan.goals))
-        distance = np.linalg.norm(goals - source, axis=1)
+        distance = env.space.distance(source, goals)
         far = np.flatnonzero(distance >= nearest)[: plan.goals]
         stretch = np.log(grid.times_at(times, source, goals[far]) / distance[far])
         found = scale.normalize(source), scale.normalize(goals[far]), stretch

@@ -17,6 +17,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from planners.learning.circles import NO_CIRCLES, Circles
+
 
 @dataclass(frozen=True)
 class FieldShape:
@@ -35,6 +37,7 @@ class FieldShape:
         workspace: whether there is a w-space encoder.
         computed: how many inputs are computed from the environment, see `ComputedInputs`.
         modes: how many of them, the last ones, are modes of free space; 0 but in rooms.
+        circles: which coordinates wrap.
     """
 
     dimension: int
@@ -51,6 +54,7 @@ class FieldShape:
     workspace: bool = False
     computed: int = 0
     modes: int = 0
+    circles: Circles = NO_CIRCLES
 
     @property
     def features(self) -> int:
@@ -97,15 +101,16 @@ class CSpaceEncoder(nn.Module):
     """Features of configurations and their Jacobian.
 
     Linear and random Fourier inputs, and computed ones, then residual blocks of sine layers.
+    Coordinates that wrap are told as points of circles, in both of the former.
     """
 
     def __init__(self, shape: FieldShape) -> None:
         super().__init__()
-        inputs = shape.dimension + 2 * shape.frequencies + shape.computed
+        self._circles = shape.circles
+        numbers = shape.circles.embedded_size(shape.dimension)
+        inputs = numbers + 2 * shape.frequencies + shape.computed
         self.waves: Tensor
-        self.register_buffer(
-            "waves", shape.bandwidth * torch.randn(shape.frequencies, shape.dimension)
-        )
+        self.register_buffer("waves", shape.bandwidth * torch.randn(shape.frequencies, numbers))
         self.first = nn.Linear(inputs, shape.width)
         self.blocks = nn.ModuleList(SineBlock(shape.width) for _ in range(shape.encoder_blocks))
         self.last = nn.Linear(shape.width, 2 * shape.width)
@@ -125,10 +130,15 @@ class CSpaceEncoder(nn.Module):
         return self.last(x), functional.linear(jacobian, self.last.weight)
 
     def _inputs(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
+        along = directions[:, None, :]
+        if self._circles.places:
+            told = self._circles.told(q.shape[-1])
+            q, slopes = self._circles.embedded_with_slopes(q)
+            along = along[..., told] * slopes
         phase = q @ self.waves.T * (2 * math.pi)
         sine, cosine = phase.sin(), phase.cos()
-        turn = (2 * math.pi * directions @ self.waves.T)[:, None, :]
-        straight = 2 * directions[:, None, :].expand(-1, *q.shape)
+        turn = 2 * math.pi * along @ self.waves.T
+        straight = 2 * along.expand(-1, *q.shape)
         return (
             torch.cat([2 * q, sine, cosine], dim=-1),
             torch.cat([straight, cosine * turn, -sine * turn], dim=-1),

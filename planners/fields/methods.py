@@ -52,7 +52,13 @@ def small(**shape: Any) -> Callable[[Environment], TimeField]:
 
     def network(env: Environment) -> TimeField:
         ratio = env.speed_model.ratio
-        made = FieldShape(env.dimension, speed_ratio=ratio, bandwidth=bandwidth(env), **shape)
+        made = FieldShape(
+            env.dimension,
+            speed_ratio=ratio,
+            bandwidth=bandwidth(env),
+            circles=Normalizer.of(env).circles,
+            **shape,
+        )
         return TimeField(made, occupancy_of(env) if made.workspace else None)
 
     return network
@@ -85,7 +91,13 @@ def survey(net: TimeField, seed: int) -> None:
 def for_arms(env: Environment) -> TimeField:
     """The network for arms, see `planners.fields.robot_features`."""
     inputs = ArmInputs(env)
-    made = FieldShape(env.dimension, frequencies=0, speed_ratio=_ARM_RATIO, computed=inputs.size)
+    made = FieldShape(
+        env.dimension,
+        frequencies=0,
+        speed_ratio=_ARM_RATIO,
+        computed=inputs.size,
+        circles=Normalizer.of(env).circles,
+    )
     return TimeField(made, inputs=inputs)
 
 

@@ -11,6 +11,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import types
+from numba.extending import overload
 from numpy.typing import NDArray
 
 from envs.compiled import njit_cached_quick
@@ -18,12 +20,14 @@ from planners.fields.clearance_field import ClearanceField
 from planners.fields.dispatch import inputs_at
 from planners.fields.laplacian_eigenmaps import ModeArrays
 from planners.fields.robot_features import ArmClearanceField
+from planners.fields.wrapping import CircleArrays, embed
 
 Single = NDArray[np.float32]
 
 
 class Network(NamedTuple):
-    """Weights as they are multiplied from the right; blocks stacked along the first axis."""
+    """Weights as they are multiplied from the right; blocks stacked along the first axis. Besides
+    the weights what else is asked: modes and clearances, and which coordinates wrap, if any."""
 
     waves: Single
     first: Single
@@ -44,6 +48,7 @@ class Network(NamedTuple):
     smoothing: float
     modes: ModeArrays
     field: ClearanceField | ArmClearanceField
+    circles: CircleArrays | None
 
 
 @njit_cached_quick
@@ -60,12 +65,10 @@ def _sine(rows: Any, bias: Any, per_end: int) -> None:
 
 
 @njit_cached_quick
-def _inputs(ends: Any, net: Any, rows: Any) -> None:
-    """Inputs of both ends and their Jacobians, see `CSpaceEncoder`."""
+def inputs_of_numbers(ends: Any, waves: Any, rows: Any) -> None:
+    """Linear and Fourier inputs of both ends (2, d) and their Jacobians, see `CSpaceEncoder`."""
     d = ends.shape[1]
-    waves = net.waves
     frequencies = waves.shape[0]
-    direct = d + 2 * frequencies
     rows[:] = 0
     # Of each end a row of values, and then one for each coordinate with their derivatives by it:
     # of 2 x they are 2, of sin(2 pi w x) they are 2 pi w cos(2 pi w x).
@@ -86,8 +89,57 @@ def _inputs(ends: Any, net: Any, rows: Any) -> None:
                 turn = np.float32(2 * math.pi) * waves[f, k]
                 rows[at + 1 + k, d + f] = cosine * turn
                 rows[at + 1 + k, d + frequencies + f] = -sine * turn
-        if rows.shape[1] > direct:
-            more = np.empty((1 + d, rows.shape[1] - direct))
+
+
+@njit_cached_quick
+def inputs_of_circles(circles: Any, ends: Any, waves: Any, rows: Any) -> None:
+    """The same where coordinates wrap: those of the numbers that tell the ends, whose derivatives
+    become those by the coordinates by the chain rule."""
+    d, e = ends.shape[1], len(circles.told)
+    numbers = np.empty((2, e), dtype=np.float32)
+    slopes = np.empty_like(numbers)
+    for end in range(2):
+        embed(circles, ends[end], numbers[end], slopes[end])
+    plain = np.empty((2 * (1 + e), e + 2 * len(waves)), dtype=np.float32)
+    inputs_of_numbers(numbers, waves, plain)
+    rows[:] = 0
+    direct = plain.shape[1]
+    for end in range(2):
+        at, at_plain = end * (1 + d), end * (1 + e)
+        rows[at, :direct] = plain[at_plain]
+        for j in range(e):
+            row = at + 1 + circles.told[j]
+            for i in range(direct):
+                rows[row, i] += slopes[end, j] * plain[at_plain + 1 + j, i]
+
+
+def direct_inputs(circles: Any, ends: Any, waves: Any, rows: Any) -> Any:
+    """Writes the inputs that are not computed to the first columns, and 0 to the others; how many
+    the former are."""
+
+
+@overload(direct_inputs, inline="always")
+def _direct_inputs(circles: Any, ends: Any, waves: Any, rows: Any) -> Any:
+    def of_numbers(circles: Any, ends: Any, waves: Any, rows: Any) -> Any:
+        inputs_of_numbers(ends, waves, rows)
+        return ends.shape[1] + 2 * waves.shape[0]
+
+    def of_circles(circles: Any, ends: Any, waves: Any, rows: Any) -> Any:
+        inputs_of_circles(circles, ends, waves, rows)
+        return len(circles.told) + 2 * waves.shape[0]
+
+    return of_numbers if isinstance(circles, types.NoneType) else of_circles
+
+
+@njit_cached_quick
+def _inputs(ends: Any, net: Any, rows: Any) -> None:
+    """Inputs of both ends and their Jacobians."""
+    d = ends.shape[1]
+    direct = direct_inputs(net.circles, ends, net.waves, rows)
+    if rows.shape[1] > direct:
+        more = np.empty((1 + d, rows.shape[1] - direct))
+        for end in range(2):
+            at = end * (1 + d)
             inputs_at(net.modes, net.field, ends[end].astype(np.float64), more)
             rows[at : at + 1 + d, direct:] = more
 

@@ -38,7 +38,9 @@ class _Groups:
     def prepare(
         self, env: Environment, seed: int, kept: Path, report: Callable[[float], None]
     ) -> float:
-        self._sampler = GroupSampler(Space.of(env), self.plan)
+        space = Space.of(env)
+        self._sampler = GroupSampler(space, self.plan)
+        self._circles = space.circles
         return 0.0
 
     def draw(self, rng: np.random.Generator) -> Batch:
@@ -51,7 +53,7 @@ class _Groups:
         n = self.plan.starts
         starts, goals = points[:, :n], points[:, n:]
         stretch, at_start, at_goal = net.all_pairs(starts, goals)
-        offset = starts[:, :, None] - goals[:, None] + 1e-6  # never zero
+        offset = self._circles.shortest(starts[:, :, None] - goals[:, None]) + 1e-6  # never zero
         speeds = torch.stack(
             [
                 log_speed[:, :n, None].expand_as(stretch),
@@ -197,6 +199,7 @@ class LargestSubsolutionInRooms(LargestSubsolution):
         self, env: Environment, seed: int, kept: Path, report: Callable[[float], None]
     ) -> float:
         self._space = Space.of(env)
+        self._circles = self._space.circles
         self._clearances = clearance_map_of(env)
         return 0.0
 
@@ -246,7 +249,7 @@ class LargestSubsolutionInRooms(LargestSubsolution):
         plan, space = self.plan, self._space
         centers = space.uniform(rng, groups, 1)
         drawn = in_balls(rng, centers, plan, n * (1 + plan.candidates))
-        drawn = np.clip(drawn, space.lower, space.upper)
+        drawn = np.clip(drawn, *space.limits)
         clearance = space.clearance(drawn.reshape(-1, drawn.shape[-1])).reshape(drawn.shape[:2])
         near = plan.near.holds(clearance) & (rng.random(clearance.shape) < plan.near.share)
         rank = rng.random(clearance.shape) - near + 2 * (clearance <= space.least_clearance)

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from planners.learning.circles import NO_CIRCLES, Circles
+
 Field = Callable[[Tensor, Tensor], tuple[Tensor, Tensor, Tensor]]
 """Starts and goals (n, d) to stretch (n,) and its gradients (n, d) at both ends."""
 
@@ -40,7 +42,13 @@ class Descent:
 
 
 def descend(
-    field: Field, starts: Tensor, goals: Tensor, lower: Tensor, upper: Tensor, descent: Descent
+    field: Field,
+    starts: Tensor,
+    goals: Tensor,
+    lower: Tensor,
+    upper: Tensor,
+    descent: Descent,
+    circles: Circles = NO_CIRCLES,
 ) -> list[Tensor | None]:
     """Paths for many pairs at once  (equation 5).
 
@@ -50,23 +58,27 @@ def descend(
 
     Args:
         starts, goals: (n, d), in the networks' space.
-        lower, upper: (d,) bounds there.
+        lower, upper: (d,) bounds there, infinite of coordinates that wrap.
+        circles: which these are.
 
     Returns:
         For each pair a path (k, d) from start to goal, or None if the ends did not meet.
+        Coordinates that wrap may be beyond their bounds, and more so on one side of where the ends
+        met than on the other.
     """
     from_start, from_goal = [starts], [goals]
     open_pairs = torch.arange(len(starts), device=starts.device)
     met_at = torch.full((len(starts),), -1)
     a, b = starts.clone(), goals.clone()
     for step in range(descent.most_steps + 1):
-        met = (a[open_pairs] - b[open_pairs]).norm(dim=-1) <= descent.meeting
+        apart = circles.shortest(a[open_pairs] - b[open_pairs])
+        met = apart.norm(dim=-1) <= descent.meeting
         met_at[open_pairs[met].cpu()] = step
         open_pairs = open_pairs[~met]
         if len(open_pairs) == 0 or step == descent.most_steps:
             break
         a, b = a.clone(), b.clone()
-        moved = _step(field, a[open_pairs], b[open_pairs], descent.step)
+        moved = _step(field, a[open_pairs], b[open_pairs], descent.step, circles)
         for ends, new, moves in zip((a, b), moved, descent.moves, strict=True):
             if moves:
                 ends[open_pairs] = new.clamp(lower, upper)
@@ -79,10 +91,12 @@ def descend(
     ]
 
 
-def gradients(field: Field, a: Tensor, b: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def gradients(
+    field: Field, a: Tensor, b: Tensor, circles: Circles = NO_CIRCLES
+) -> tuple[Tensor, Tensor, Tensor]:
     """Travel times (n,) between (n, d) and (n, d), and their gradients (n, d) at both ends."""
     stretch, slope_a, slope_b = field(a, b)
-    offset = a - b
+    offset = circles.shortest(a - b)
     distance = offset.norm(dim=-1, keepdim=True)
     ratio = stretch.exp()[:, None]
     return (
@@ -93,8 +107,10 @@ def gradients(field: Field, a: Tensor, b: Tensor) -> tuple[Tensor, Tensor, Tenso
 
 
 @torch.no_grad()
-def _step(field: Field, a: Tensor, b: Tensor, alpha: float) -> tuple[Tensor, Tensor]:
+def _step(
+    field: Field, a: Tensor, b: Tensor, alpha: float, circles: Circles
+) -> tuple[Tensor, Tensor]:
     """Both ends (n, d) after one step of equation 5."""
-    _, *both = gradients(field, a, b)
+    _, *both = gradients(field, a, b, circles)
     squares = [(g**2).sum(-1, keepdim=True).clamp_min(1e-12) for g in both]
     return a - alpha * both[0] / squares[0], b - alpha * both[1] / squares[1]

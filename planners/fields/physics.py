@@ -20,6 +20,7 @@ from torch import Tensor
 from envs import Environment
 from envs.problem import Array
 from planners.fields.clearance_field import normalized_clearance
+from planners.learning.circles import Circles
 from planners.learning.normalizer import Normalizer
 
 
@@ -138,6 +139,8 @@ class Space:
 
     Attributes:
         lower, upper: (d,) corners of what holds all of free space, in the networks' space.
+        limits: between which points are kept, (d,) each: the corners, but where coordinates wrap.
+        circles: which do.
         clearance: (n, d) in the networks' space -> (n,), by d_max of the speed model.
         speed: clearances of any shape, by d_max, to speeds in 0..1.
         least_clearance: by d_max, of points that are drawn at all. In rooms 0: what a field would
@@ -146,6 +149,8 @@ class Space:
 
     lower: Array
     upper: Array
+    limits: tuple[Array, Array]
+    circles: Circles
     clearance: Callable[[Array], Array]
     speed: Callable[[Array], Array]
     least_clearance: float = -math.inf
@@ -155,10 +160,12 @@ class Space:
         """That of an environment."""
         scale = Normalizer.of(env)
         d_max = env.speed_model.d_max
-        lower, upper = (scale.normalize(corner) for corner in env.free_bounds)
+        free = env.sampling_space
         return Space(
-            lower,
-            upper,
+            scale.normalize(free.lower),
+            scale.normalize(free.upper),
+            scale.limits(free.lower, free.upper),
+            scale.circles,
             normalized_clearance(env),
             lambda clearance: env.speed_model(clearance * d_max),
             0.0 if env.is_interior else -math.inf,
@@ -253,7 +260,7 @@ class GroupSampler:
         centers = space.uniform(rng, local, 1)
         balls = in_balls(rng, centers, plan, n)
         spread = space.uniform(rng, plan.groups - local, n)
-        return np.concatenate([np.clip(balls, space.lower, space.upper), spread])
+        return np.concatenate([np.clip(balls, *space.limits), spread])
 
     def _choose(self, rng: np.random.Generator, clearance: Array) -> NDArray[np.int64]:
         """Indices (groups, points): the first candidates, some replaced by ones near a surface."""

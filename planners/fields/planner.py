@@ -20,7 +20,7 @@ from planners.fields.networks import TimeField
 from planners.fields.path_extraction import Descent, Field, descend, gradients
 from planners.fields.single_query import CompiledField
 from planners.learning.learned_planner import LearnedPlanner, Trained, Training
-from planners.learning.normalizer import Normalizer
+from planners.learning.normalizer import Normalizer, unsupported_space
 from planners.learning.trainer import filled, learn
 from planners.learning.weight_files import Tensors
 
@@ -87,7 +87,7 @@ class FieldPlanner(LearnedPlanner):
         self._count = attempts
 
     def unsupported(self, env: Environment) -> str | None:
-        return super().unsupported(env) or unsupported(self.name, env)
+        return unsupported_space(env.space) or unsupported(self.name, env)
 
     def expected_minutes(self, env: Environment) -> float:
         return method(self.name, env).expected_minutes
@@ -148,7 +148,7 @@ class FieldPlanner(LearnedPlanner):
         """See `planners.base.TimeFieldPlanner`."""
         sources = self._tensor(np.broadcast_to(source, q.shape))
         with torch.no_grad():
-            times, gradient, _ = gradients(self._net, self._tensor(q), sources)
+            times, gradient, _ = gradients(self._net, self._tensor(q), sources, self._scale.circles)
         seconds: Array = times.cpu().numpy().astype(np.float64) * self._scale.extent
         steepness: Array = gradient.norm(dim=-1).cpu().numpy().astype(np.float64)
         return seconds, 1 / steepness
@@ -166,8 +166,7 @@ class FieldPlanner(LearnedPlanner):
         """Plans in `env` with `net` from now on."""
         self._env = env
         self._scale = Normalizer.of(env)
-        self._lower = self._scale.normalize(env.lower)
-        self._upper = self._scale.normalize(env.upper)
+        self._lower, self._upper = self._scale.limits(env.lower, env.upper)
         self._net: Field = net.to(self.device).eval()
         self._one_by_one = isinstance(net, TimeField) and net.inputs is not None
         self._attempts = _attempts(net)[: self._count]
@@ -204,7 +203,8 @@ class FieldPlanner(LearnedPlanner):
         lower, upper = (
             torch.from_numpy(q).float().to(self.device) for q in (self._lower, self._upper)
         )
-        paths = descend(self._net, starts, goals, lower, upper, descent)
+        circles = self._scale.circles
+        paths = descend(self._net, starts, goals, lower, upper, descent, circles)
         return [
             None if path is None else self._grown(path.numpy(), p.start, p.goal)
             for path, p in zip(paths, problems, strict=True)

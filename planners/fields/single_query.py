@@ -22,6 +22,7 @@ from planners.fields.layers import Bound, SineBlock, SmoothSymmetric
 from planners.fields.network_kernel import Network, Single, pair
 from planners.fields.networks import TimeField
 from planners.fields.path_extraction import Descent
+from planners.fields.wrapping import CircleArrays, apart, between, squared_distance
 
 
 class CompiledField:
@@ -57,6 +58,7 @@ class CompiledField:
             smoothing=SmoothSymmetric.smoothing,
             modes=ModeArrays.none() if net.inputs is None else net.inputs.mode_arrays,
             field=ClearanceField.none() if net.inputs is None else net.inputs.field,
+            circles=CircleArrays.of(net.shape.circles, net.shape.dimension),
         )
 
     @staticmethod
@@ -90,7 +92,8 @@ class CompiledField:
                 legs.append(there[: met + 1])
                 whole = np.concatenate(legs)
                 path: Single = np.concatenate([whole[:, 0], whole[::-1, 1]])
-                found: Single = path[_without_loops(path, 0.5 * descent.step)]
+                kept = _without_loops(path, 0.5 * descent.step, self._network.circles)
+                found: Single = path[kept]
                 return found
             legs.append(there)
             ends = self.escaped(there[-1], number) if descent.escapes else None
@@ -151,17 +154,17 @@ def _descend(
         there[step] = ends
         distance = np.float32(0)
         for k in range(d):
-            distance += (ends[0, k] - ends[1, k]) ** 2
+            distance += apart(network.circles, ends[0], ends[1], k) ** 2
         distance = math.sqrt(distance)
         # Ends in one place have met, however near a wall: there is no direction between them.
         if distance == 0:
             return step
-        if distance <= meeting and (margin == 0 or _joined(ends, network.field)):
+        if distance <= meeting and (margin == 0 or _joined(ends, network)):
             return step
         ratio = math.exp(pair(ends, gradients, network))
         square = np.zeros(2, dtype=np.float32)
         for k in range(d):
-            toward = (ends[0, k] - ends[1, k]) / distance
+            toward = apart(network.circles, ends[0], ends[1], k) / distance
             gradients[0, k] = ratio * (toward + distance * gradients[0, k])
             gradients[1, k] = ratio * (-toward + distance * gradients[1, k])
             square[0] += gradients[0, k] ** 2
@@ -185,12 +188,12 @@ def _descend(
 
 
 @njit_cached_quick
-def _without_loops(path: Any, near: float) -> Any:
+def _without_loops(path: Any, near: float, circles: Any) -> Any:
     """The places (m,) on a path (k, d) that are left without its loops: where it comes back to
     within `near` of a place after a way of more than six times that, what lies between goes."""
     lengths = np.zeros(len(path))
     for n in range(1, len(path)):
-        lengths[n] = lengths[n - 1] + math.sqrt(((path[n] - path[n - 1]) ** 2).sum())
+        lengths[n] = lengths[n - 1] + math.sqrt(squared_distance(circles, path[n], path[n - 1]))
     kept = [0]
     while kept[-1] < len(path) - 1:
         here = kept[-1]
@@ -198,7 +201,7 @@ def _without_loops(path: Any, near: float) -> Any:
         for n in range(len(path) - 1, here, -1):
             if lengths[n] - lengths[here] <= 6 * near:
                 break
-            if ((path[n] - path[here]) ** 2).sum() <= near * near:
+            if squared_distance(circles, path[n], path[here]) <= near * near:
                 there = n
                 break
         kept.append(there)
@@ -206,10 +209,11 @@ def _without_loops(path: Any, near: float) -> Any:
 
 
 @njit_cached_quick
-def _joined(ends: Any, field: Any) -> bool:
+def _joined(ends: Any, network: Any) -> bool:
     """Whether nothing is in the way between two ends (2, d)."""
     for s in range(9):
-        if clearance_of(field, ends[0] + np.float32(s / 8) * (ends[1] - ends[0])) < 0.02:
+        place = between(network.circles, ends[0], ends[1], np.float32(s / 8))
+        if clearance_of(network.field, place) < 0.02:
             return False
     return True
 
@@ -230,7 +234,7 @@ def _push_out(x: Any, margin: float, field: Any) -> None:
 @njit_cached_quick
 def _escape(ends: Any, places: Any, network: Any) -> bool:
     """Moves one of two ends (2, 3) that are stuck to the best of the places about them, see
-    `Descent`; whether there is one."""
+    `Descent`; whether there is one. In rooms, where nothing wraps."""
     field = network.field
     gradients = np.empty_like(ends)
     least = _arrival(ends, gradients, network)

@@ -177,7 +177,7 @@ class Imitation:
     ) -> float:
         family = env.family()
         made, seconds = make_demonstrations(family, self.plan, seed, kept, report)
-        self._turns = env.symmetries()
+        self._turns = _turns(env)
         shown = sorted(set(made.scenes.tolist()))
         if not shown:
             raise InputError(f"{self.plan.planner} demonstrated nothing in {self.plan.seconds} s")
@@ -187,12 +187,14 @@ class Imitation:
 
     def draw(self, rng: np.random.Generator) -> Batch:
         chosen = rng.choice(len(self._clouds), size=self.scenes)
-        turns = self._turns[rng.integers(len(self._turns), size=self.scenes)]
+        turns = rng.integers(len(self._turns), size=self.scenes)
         clouds, samples = [], []
-        for scene, turn in zip(chosen, turns, strict=True):
+        for scene, number in zip(chosen, turns, strict=True):
+            of_points, of_configurations = self._turns[number]
             points = self._clouds[scene]
-            clouds.append(points[rng.integers(len(points), size=self.points)] @ turn.T)
-            samples.append(self._paths[scene].draw(rng, self.samples, self.along) @ turn.T)
+            clouds.append(points[rng.integers(len(points), size=self.points)] @ of_points.T)
+            drawn = self._paths[scene].draw(rng, self.samples, self.along)
+            samples.append(drawn @ of_configurations.T)
         parts = np.array(samples)  # (scenes, 3, samples, d)
         return as_float32(np.array(clouds), parts[:, 0], parts[:, 1], parts[:, 2])
 
@@ -227,8 +229,19 @@ class _Paths:
         return np.array([at + way * (after - at), self._waypoints[goal], after])
 
 
+def _turns(env: Environment) -> list[tuple[Array, Array]]:
+    """What turns surface points, (3, 3), and configurations, (d, d), of a scene into those of an
+    equally likely one: the symmetries of scenes of point robots, whose configurations are points;
+    else nothing but the identity."""
+    if env.is_point_robot:
+        return [(turn, turn) for turn in env.symmetries()]
+    return [(np.eye(3), np.eye(env.dimension))]
+
+
 def _by_scene(made: Demonstrations, scale: Normalizer, scenes: Sequence[int]) -> list[_Paths]:
-    waypoints = np.split(scale.normalize(made.waypoints), np.cumsum(made.lengths)[:-1])
+    paths = np.split(made.waypoints, np.cumsum(made.lengths)[:-1])
+    # Unwrapped, the way between two waypoints is straight.
+    waypoints = [scale.normalize(scale.space.unwrapped(path)) for path in paths]
     found = []
     for scene in scenes:
         own = [waypoints[i] for i in np.flatnonzero(made.scenes == scene)]

@@ -18,7 +18,7 @@ from envs.problem import Array
 from envs.seeding import derived_seed
 from planners.base import Budget, Planner, PlannerResult, Status
 from planners.learning.learned_planner import LearnedPlanner, Trained, Training
-from planners.learning.normalizer import Normalizer, obstacle_point_cloud
+from planners.learning.normalizer import Normalizer, obstacle_point_cloud, unsupported_space
 from planners.learning.trainer import Method, filled, learn
 from planners.learning.training_loop import Recipe
 from planners.learning.weight_files import Tensors
@@ -27,8 +27,8 @@ from planners.mpnet.search import Expander, Mpnet, PlannerShape, Search
 
 
 def network(env: Environment) -> Mpnet:
-    """The networks for an environment's dimension."""
-    return Mpnet(PlannerShape(env.dimension))
+    """The networks for an environment's configurations."""
+    return Mpnet(PlannerShape(env.dimension, circles=Normalizer.of(env).circles))
 
 
 METHOD = Method(
@@ -79,11 +79,10 @@ class MpnetPlanner(LearnedPlanner):
     def unsupported(self, env: Environment) -> str | None:
         if len(env.family()) < 2:
             return "it learns from demonstrations in many scenes, and this one has no family"
-        if not env.is_point_robot:
-            return "it sees obstacles in the space of configurations, as of a robot that is a point"
-        if self._fallback is not None:
-            return super().unsupported(env) or self._fallback.unsupported(env)
-        return super().unsupported(env)
+        reason = unsupported_space(env.space)
+        if reason is None and self._fallback is not None:
+            reason = self._fallback.unsupported(env)
+        return reason
 
     def domain(self, env: Environment) -> str:
         return env.family_fingerprint

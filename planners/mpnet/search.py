@@ -23,6 +23,7 @@ from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 from envs.seeding import stream
 from planners.base import Budget
+from planners.learning.circles import NO_CIRCLES, Circles
 from planners.learning.normalizer import Normalizer
 
 
@@ -36,6 +37,7 @@ class PlannerShape:
         point_widths: of the layers that see one point at a time.
         widths: of the planning network's hidden layers.
         dropout: share of the hidden units that are left out, while planning too.
+        circles: which coordinates wrap.
     """
 
     dimension: int
@@ -43,6 +45,7 @@ class PlannerShape:
     point_widths: tuple[int, ...] = (64, 128, 256)
     widths: tuple[int, ...] = (448, 448, 256)
     dropout: float = 0.1
+    circles: Circles = NO_CIRCLES
 
 
 class PointEncoder(nn.Module):
@@ -72,15 +75,17 @@ class PlanningNetwork(nn.Module):
 
     def __init__(self, shape: PlannerShape) -> None:
         super().__init__()
-        widths = (shape.code + 2 * shape.dimension, *shape.widths)
+        self.circles = shape.circles
+        widths = (shape.code + 2 * self.circles.embedded_size(shape.dimension), *shape.widths)
         self.dropout = shape.dropout
         self.layers = nn.ModuleList(nn.Linear(a, b) for a, b in pairwise(widths))
         self.last = nn.Linear(widths[-1], shape.dimension)
 
     def forward(self, code: Tensor, current: Tensor, goal: Tensor) -> Tensor:
         """The configuration (..., d) to go to, from `current` to `goal` (..., d) among obstacles of
-        `code` (..., c)."""
-        x = torch.cat([code, 2 * current, 2 * goal], dim=-1)
+        `code` (..., c). Coordinates that wrap may be beyond their bounds."""
+        here, there = (self.circles.embedded_with_slopes(q)[0] for q in (current, goal))
+        x = torch.cat([code, 2 * here, 2 * there], dim=-1)
         for layer in self.layers:
             x = functional.dropout(functional.relu(layer(x)), self.dropout)
         step: Tensor = self.last(x)
@@ -144,13 +149,14 @@ class Expander:
         weights[0] = weights[0][len(code) :].copy()
         self._layers = list(zip(weights, biases, strict=True))
         self.dropout = net.dropout
+        self._circles = net.circles
 
     def next(self, current: Array, goal: Array, rng: np.random.Generator, dropout: float) -> Array:
         """The configuration (d,) to go to, in the environment's unit, with a share `dropout` of
-        the hidden units left out at random."""
+        the hidden units left out at random. It may be out of bounds."""
         kept = 1 - dropout
-        ends = np.concatenate([self._scale.normalize(current), self._scale.normalize(goal)])
-        x = 2 * ends.astype(np.float32)
+        ends = (self._circles.embedded(self._scale.normalize(q)) for q in (current, goal))
+        x = 2 * np.concatenate(list(ends)).astype(np.float32)
         *hidden, (last, bias) = self._layers
         for weight, offset in hidden:
             x = np.maximum(x @ weight + offset, 0)
@@ -191,7 +197,7 @@ class Search:
         problem: Problem,
         budget: Budget,
     ) -> None:
-        self._lower, self._upper = env.lower, env.upper
+        self._space = env.space
         self._model = model
         self._expander = expander
         self._problem = problem
@@ -259,4 +265,4 @@ class Search:
 
     def _next(self, current: Array, goal: Array) -> Array:
         ahead = self._expander.next(current, goal, self._rng, self._dropout)
-        return np.clip(ahead, self._lower, self._upper)
+        return np.clip(self._space.wrapped(ahead), self._space.lower, self._space.upper)

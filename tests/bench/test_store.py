@@ -48,6 +48,7 @@ RECORD = Record(
     solved=1,
     setup_s=0.1,
     train_s=0.0,
+    scene_s=None,
     solve_s=0.2,
     cpu_s=0.19,
     load=0.5,

@@ -120,10 +120,12 @@ METRICS_OF_3 = ("length", "safety_margin", "travel_time", "smoothness", "waypoin
 
 
 def columns_of(version: int) -> list[str]:
-    """The columns of a record in a store of a version before the fourth."""
+    """The columns of a record in a store of a version before the fifth."""
     place = COLUMNS.index("metrics")
-    columns = [*COLUMNS[:place], *METRICS_OF_3, *COLUMNS[place + 1 :]]
-    lacking = {"repeat", *(SINCE_3 if version < 3 else ())}
+    metrics = METRICS_OF_3 if version < 4 else ("metrics",)
+    columns = [*COLUMNS[:place], *metrics, *COLUMNS[place + 1 :]]
+    since_4 = ("repeat",) if version < 4 else ()
+    lacking = {"scene_s", *since_4, *(SINCE_3 if version < 3 else ())}
     return [column for column in columns if column not in lacking]
 
 
@@ -160,7 +162,8 @@ def older_store(version: int, source: Path, copy: Path) -> Path:
 
 def as_older(records: pd.DataFrame, version: int) -> pd.DataFrame:
     """Records as they are after a store of an earlier version held them."""
-    unknown = {metric.name for metric in METRICS} - {"time_s", *METRICS_OF_3}
+    known_then = {"time_s", *METRICS_OF_3} if version < 4 else {metric.name for metric in METRICS}
+    unknown = {metric.name for metric in METRICS} - known_then
     lacking = {**(SINCE_3 if version < 3 else {}), **dict.fromkeys(unknown, np.nan)}
     return records.assign(**lacking).drop(columns="metrics")
 
@@ -170,7 +173,7 @@ def known(records: pd.DataFrame) -> pd.DataFrame:
     return records.drop(columns="metrics")
 
 
-@pytest.mark.parametrize("version", [1, 2, 3])
+@pytest.mark.parametrize("version", [1, 2, 3, 4])
 def test_an_older_store_is_read_as_it_is(folder: Path, version: int, tmp_path: Path) -> None:
     older = older_store(version, folder, tmp_path / "older")
     before = (older / "run.sqlite").read_bytes()
@@ -182,7 +185,7 @@ def test_an_older_store_is_read_as_it_is(folder: Path, version: int, tmp_path: P
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("version", [1, 2, 3])
+@pytest.mark.parametrize("version", [1, 2, 3, 4])
 @pytest.mark.usefixtures("in_process_workers")
 def test_a_run_goes_on_in_an_older_store(
     bench: Cli, folder: Path, version: int, tmp_path: Path
@@ -235,7 +238,7 @@ def test_records_with_other_weights_stand_side_by_side_in_a_store_that_was_older
         assert of_planner["weights"].value_counts().to_dict() == {"": 12, "another": 1}
 
 
-@pytest.mark.parametrize("version", [0, 5, 99])
+@pytest.mark.parametrize("version", [0, 6, 99])
 def test_a_store_of_an_unknown_version_is_left_alone(
     bench: Cli, folder: Path, version: int, tmp_path: Path
 ) -> None:
@@ -246,7 +249,7 @@ def test_a_store_of_an_unknown_version_is_left_alone(
     for command in ((*RUN, "--problems", 20, "--out", copy), ("report", copy)):
         code, _, err = bench(*command)
         assert code == 2
-        assert f"version {version}, this program knows 1 to 4; use the program that made it" in err
+        assert f"version {version}, this program knows 1 to 5; use the program that made it" in err
     assert (copy / "run.sqlite").read_bytes() == before
 
 

@@ -44,7 +44,8 @@ class Here:
 
     def set_up(self, seed: int, limit_s: float) -> SetUp:
         request = {**self._request, "seed": seed}
-        self._planner, answer = self._told_to_go(worker._set_up, request=request)
+        ready, answer = self._told_to_go(worker._set_up, request=request)
+        self._planner = None if ready is None else ready.planner
         return SetUp(answer["status"] or "", answer["error"], answer["setup_s"])
 
     def solve(self, problem: Problem, time_limit_s: float, stop_cost: float) -> Attempt:

@@ -1,6 +1,6 @@
 """Prints what arms cost: python tests/benchmarks/arm_cost.py [environment]
 
-Kinematics and clearances of a million configurations and more, and FCL's answers to one at a time,
+Kinematics and clearances of a million configurations and more, and exact answers to one at a time,
 by default of the six-joint arm at its first table. Compilation is not counted.
 """
 
@@ -13,7 +13,6 @@ from time import perf_counter
 import numpy as np
 
 import envs
-from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 from envs.robots import arm_clearance
 from envs.scenes.arm_world import ArmWorld
@@ -29,22 +28,21 @@ def main(text: str) -> None:
     print(f"{len(env.robot.arrays.balls)} spheres, {len(env.obstacles)} obstacles")
     in_bulk(env, "forward kinematics", env.robot.tree.forward, MILLION)
     in_bulk(env, "clearances of pairs by spheres", env.approximate_clearance, 2 * MILLION)
-    with_bounds, alone = env.collision_model(), CollisionModel(env.robot, env.obstacles)
+    model = env.collision_model()
     q = configurations(env, 5000)
-    for name, model in (("with bounds", with_bounds), ("FCL alone", alone)):
-        one_by_one(f"is_valid, {name}", model.is_valid, q)
-        one_by_one(f"clearance, {name}", model.clearance, q)
+    one_by_one("is_valid", model.is_valid, q)
+    one_by_one("clearance", model.clearance, q)
     steps = np.random.default_rng(1).normal(0, 0.3, q.shape)
     motions = np.stack([q, q + steps], axis=1)[:2000]
     view, scene = env.robot.arrays, env.scene
 
-    def by_fcl(motion: Array) -> None:
-        with_bounds.segment_is_free(*motion)
+    def exactly(motion: Array) -> None:
+        model.segment_is_free(*motion)
 
     def by_spheres(motion: Array) -> None:
         arm_clearance.segment_is_free(view, scene, motion[0], motion[1], 1e-3)
 
-    one_by_one("segment_is_free, with bounds", by_fcl, motions)
+    one_by_one("segment_is_free", exactly, motions)
     one_by_one("segment_is_free, by spheres", by_spheres, motions)
 
 

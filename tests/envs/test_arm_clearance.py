@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcl
 import numpy as np
 import pytest
 from arms import (
@@ -15,8 +16,11 @@ from arms import (
 )
 
 import envs
+from envs import Environment
+from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.fcl_model import CollisionModel
 from envs.collision.shapes import Box, Cylinder, PlacedShape
+from envs.problem import Array
 from envs.robots import arm_clearance
 from envs.robots.arm import Part
 from envs.scenes.arm_world import ArmWorld
@@ -46,18 +50,41 @@ def test_fcl_finds_clearances_between_those_of_spheres_about_and_within(
 
 
 @pytest.mark.parametrize("text", ["arm4", "arm6:scene=1", "arm5:self_collision=true"])
-def test_a_collision_model_with_bounds_agrees_with_fcl_alone(text: str) -> None:
+def test_a_collision_model_agrees_with_fcl_and_with_each_pair(text: str) -> None:
     env = envs.make(text)
-    with_bounds, alone = env.collision_model(), fcl_only(env)
+    model, pairs = env.collision_model(), CheckedPairs(env.robot, env.obstacles)
     q = configurations(env, 500, 4)
-    valid = [alone.is_valid(one) for one in q]
-    assert [with_bounds.is_valid(one) for one in q] == valid
+    valid = np.array([model.is_valid(one) for one in q])
     assert 100 < sum(valid) < 400
-    exact = np.array([alone.clearance(one) for one in q])
+    assert [fcl_finds_nothing(env, one) for one in q] == valid.tolist()
+    exact = np.array([pairs.nearest(one)[1] for one in q])
     assert ((exact > 0) == valid).all()
-    found = np.array([with_bounds.clearance(one) for one in q])
-    assert found[valid] == pytest.approx(exact[valid], abs=1e-6)
-    assert (found[np.logical_not(valid)] <= 0).all()
+    found = np.array([model.clearance(one) for one in q])
+    assert found[valid] == pytest.approx(exact[valid], abs=1e-12)
+    assert (found[~valid] <= 0).all()
+    capped = np.array([model.clearance(one, 0.03) for one in q])
+    assert capped[valid] == pytest.approx(np.minimum(found[valid], 0.03), abs=1e-12)
+    assert (capped[~valid] <= 0).all()
+
+
+def fcl_finds_nothing(env: Environment, q: Array) -> bool:
+    """Asked of every pair that must not touch, without a broad phase."""
+    placed = [
+        fcl.CollisionObject(solid.fcl_geometry(), transform(pose, solid.offset))
+        for solid, pose in [
+            *zip(env.robot.shapes, env.robot.poses(q), strict=True),
+            *((obstacle.solid, obstacle.pose) for obstacle in env.obstacles),
+        ]
+    ]
+    return not any(
+        fcl.collide(placed[a], placed[b], fcl.CollisionRequest(), fcl.CollisionResult())
+        for a, b in CheckedPairs(env.robot, env.obstacles).numbers
+    )
+
+
+def transform(pose: Array, offset: Array | None) -> fcl.Transform:
+    shift = pose[:3, 3] if offset is None else pose[:3, 3] + pose[:3, :3] @ offset
+    return fcl.Transform(pose[:3, :3], shift)
 
 
 def test_clearances_of_many_are_those_of_each() -> None:

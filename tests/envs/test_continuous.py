@@ -117,7 +117,7 @@ def test_one_waypoint_in_collision_among_very_many_is_found() -> None:
 def along_a_wall(gap: float, most_queries: float) -> float:
     """What is found of a kilometre along a wall, in metres."""
     path = np.array([[0.0, gap], [1000.0, gap]])
-    return path_min_clearance(lambda q: float(q[1]), path, [1000.0], TOLERANCE, most_queries)
+    return path_min_clearance(lambda q, _: float(q[1]), path, [1000.0], TOLERANCE, most_queries)
 
 
 def test_far_from_obstacles_even_a_long_path_is_proved_free_with_few_queries() -> None:
@@ -142,7 +142,7 @@ def test_what_decides_is_in_proportion_to_the_reach() -> None:
     for gap in (1.0001e-3, 1.5e-3, 2e-3, 4e-3, 0.1):
         path = np.array([[0.0, gap], [7.3, gap + 1e-3]])
         most = 100 + 2 * 7.3 / TOLERANCE
-        found = path_min_clearance(lambda q: float(q[1]), path, [7.3001], TOLERANCE, most)
+        found = path_min_clearance(lambda q, _: float(q[1]), path, [7.3001], TOLERANCE, most)
         assert found == pytest.approx(gap, abs=TOLERANCE)
 
 

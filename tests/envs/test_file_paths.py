@@ -70,4 +70,4 @@ def test_robots_and_scenes_are_read_by_every_way(way: str, package: Path) -> Non
     scene = "obstacles:\n- mesh: ../meshes/part.stl\n"
     (package / "robot/urdf/scene.yaml").write_text(scene)
     assert len(read_urdf(package / way / "arm.urdf")[1]) == 1
-    assert len(read_scene(package / way / "scene.yaml")) == 1
+    assert len(read_scene(package / way / "scene.yaml").obstacles) == 1

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from envs.collision.gjk import distance, least_distance, moved, put
+from envs.collision.gjk import distance, moved
 from envs.collision.shapes import ROW, Box, Capsule, Cylinder, Sphere
 from envs.problem import Array
 
@@ -248,23 +248,3 @@ def test_moved_rows_are_those_of_moved_solids(solid: Convex) -> None:
     out = np.empty(ROW)
     moved(solid.distance_row(offset), pose[:3], out)
     np.testing.assert_allclose(out, solid.distance_row(pose @ offset), atol=1e-14)
-
-
-def test_the_least_distance_is_that_of_the_nearest() -> None:
-    rng = np.random.default_rng(5)
-    solids = [ROD, SQUARE, Sphere(0.4), Box(ORIGIN, np.array([1.0, 2.0, 0.02]))]
-    rows = np.array(
-        [s.distance_row(at(rng.uniform(-6, 6, 3), rng.uniform(-3, 3, 3))) for s in solids]
-    )
-    one = Cylinder(0.2, 1.0).distance_row(at((0.1, 0.2, 0.3), TILT))
-    each = [distance(one, row, np.inf) for row in rows]
-    assert least_distance(one, rows, np.inf) == pytest.approx(min(each), abs=2e-7)
-    assert least_distance(one, rows, min(each) / 2) >= min(each) / 2
-    assert least_distance(one, rows[:0], 7.0) == 7.0
-
-
-def test_a_solid_is_put_where_a_pose_carries_it() -> None:
-    there, carried = at((1, -2, 0.5), TILT), at((0.3, 0.1, -0.2), (1.0, 0.2, -0.4))
-    for solid in (ROD, SQUARE, PILL, Sphere(0.4)):
-        found = put(solid.distance_row(carried), there[:3, :3], there[:3, 3])
-        assert found == pytest.approx(solid.distance_row(there @ carried))

@@ -114,7 +114,6 @@ CHOICES = {
     "group=hand": ["l_left"],
     "group=across": BOTH,
     "group=both": BOTH,
-    "group=placed": BOTH[:2],
     "tip=l_hand": ["lift", *BOTH[:2]],
     "tip=l_right_finger": ["lift", *BOTH[:2], "l_left"],
     "joints=lift": ["lift"],
@@ -178,6 +177,7 @@ BAD = {
     "group=left,pose=r_elbow:90": "joint 'r_elbow' cannot stand at 90, only at -2 to 1.5",
     "group=right,state=broken": "joint 'l_elbow' cannot stand at 9, only at",
     "group=right,state=mixed": "two groups have a state 'mixed' with other values of 'l_elbow'",
+    "group=placed": "joint 'in_world/trans_x' has no limits; say between which corners it moves",
     "group=left,pose=r_elbow": "pose='r_elbow' must be JOINT:VALUE",
     "group=left,pose=r_elbow:x": "pose='r_elbow:x' must be JOINT:VALUE",
     "group=left,pose=r_elbow:nan": "must be JOINT:VALUE",
@@ -214,11 +214,11 @@ BAD_SRDFS = {
     "word as value": (
         '<robot name="a"><group_state name="s" group="g"><joint name="j" value="x"/>'
         "</group_state></robot>",
-        "state 's': value='x' must hold 1 or 3 or 7 finite",
+        "state 's': value='x' must hold 1 or 3 or 4 or 7 finite",
     ),
     "no value": (
         '<robot name="a"><group_state name="s" group="g"><joint name="j"/></group_state></robot>',
-        "value='' must hold 1 or 3 or 7 finite",
+        "value='' must hold 1 or 3 or 4 or 7 finite",
     ),
 }
 
@@ -353,7 +353,7 @@ def test_locked_joints_of_random_trees_are_where_pinocchio_has_them(
 
 
 def test_the_commands_of_the_documentation_are_accepted() -> None:
-    for line in block_after("planning groups").splitlines():
+    for line in (block_after("planning groups") + block_after("bases")).splitlines():
         chosen = vars(app.parse(shlex.split(line)[1:]))
         [entry] = envs.REGISTRY.entries(chosen["env"])
         assert entry.spec.id == "arm"

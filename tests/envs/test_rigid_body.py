@@ -35,10 +35,9 @@ def surface(parts: list[PlacedShape]) -> Array:
 def moved(robot: RigidBody, q: Array) -> Array:
     """The same at a configuration, by the poses of its shapes."""
     found = []
-    for part, (turn, shift) in zip(robot.parts, robot.poses(q), strict=True):
+    for part, pose in zip(robot.parts, robot.poses(q), strict=True):
         points = np.asarray(part.solid.triangulate().vertices)
-        assert turn is not None
-        found.append(points @ turn.T + shift)
+        found.append(points @ pose[:, :3].T + pose[:, 3])
     return np.concatenate(found)
 
 

@@ -10,8 +10,8 @@ import pytest
 import trimesh
 
 from envs import InputError
-from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, Sphere
-from envs.scenes.scene_file import read_scene
+from envs.collision.shapes import Box, Capsule, ConvexHull, Cylinder, Mesh, Sphere
+from envs.scenes.scene_file import Scene, read_scene
 
 GOOD = """
 obstacles:
@@ -25,6 +25,14 @@ obstacles:
   - mesh: solids/shelf.stl
     scale: 0.001
     rpy: [0, 0, 3]
+  - hull: points.obj
+    scale: 0.5
+    name: rock
+  - hull: solids/shelf.stl
+    scale: 0.001
+  - hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 0.1]]
+    position: [0, 0, 2]
+allowed_collisions: [[hand, rock]]
 """
 
 
@@ -43,11 +51,16 @@ def folder(tmp_path: Path) -> Path:
     shelf.update_faces(np.arange(len(shelf.faces)) > 0)
     shelf.export(tmp_path / "open.stl")
     (tmp_path / "junk.obj").write_bytes(b"v 0 0 0\n")
+    cloud = np.random.default_rng(0).normal(size=(50, 3))
+    lines = (f"v {x} {y} {z}\n" for x, y, z in [*cloud, *trimesh.creation.box((9, 8, 7)).vertices])
+    (tmp_path / "points.obj").write_text("".join(lines))
+    (tmp_path / "flat.obj").write_text("v 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n")
     return tmp_path
 
 
 def test_every_kind_of_obstacle_is_read(folder: Path) -> None:
-    box, sphere, cylinder, capsule, mesh = read_scene(written(folder, GOOD))
+    scene = read_scene(written(folder, GOOD))
+    box, sphere, cylinder, capsule, mesh, *hulls = scene.obstacles
     assert isinstance(box.solid, Box)
     assert box.solid.center.tolist() == [0, 0, 0]
     assert box.solid.sides.tolist() == [0.6, 1.2, 0.05]
@@ -63,10 +76,21 @@ def test_every_kind_of_obstacle_is_read(folder: Path) -> None:
     assert isinstance(mesh.solid, Mesh)
     assert np.ptp(mesh.solid.vertices, axis=0) == pytest.approx([1, 2, 3])
     assert mesh.pose[0, 0] == pytest.approx(math.cos(3))
+    of_points, of_mesh, of_list = (hull.solid for hull in hulls)
+    assert isinstance(of_points, ConvexHull)
+    assert isinstance(of_mesh, ConvexHull)
+    assert isinstance(of_list, ConvexHull)
+    assert np.ptp(of_points.vertices, axis=0) == pytest.approx([4.5, 4, 3.5])
+    assert len(of_points.vertices) == 8
+    assert np.ptp(of_mesh.vertices, axis=0) == pytest.approx([1, 2, 3])
+    assert len(of_list.vertices) == 4
+    assert scene.names == ("", "", "", "", "", "rock", "", "")
+    assert scene.allowed == [("hand", "rock")]
 
 
 def test_rpy_is_about_fixed_axes(folder: Path) -> None:
-    (turned,) = read_scene(written(folder, "obstacles: [{sphere: 1, rpy: [0.3, -0.5, 2]}]"))
+    file = written(folder, "obstacles: [{sphere: 1, rpy: [0.3, -0.5, 2]}]")
+    [turned] = read_scene(file).obstacles
     expected = trimesh.transformations.euler_matrix(0.3, -0.5, 2, "sxyz")
     assert turned.pose == pytest.approx(expected, abs=1e-15)
 
@@ -75,6 +99,8 @@ def of(entry: str) -> str:
     """A scene whose second obstacle is the entry."""
     return f"obstacles: [{{sphere: 1}}, {entry}]"
 
+
+PAIRS = "obstacles: [{{sphere: 1}}]\nallowed_collisions: {}"
 
 BAD_SCENES = {
     "nothing": ("", "must be a mapping"),
@@ -99,6 +125,16 @@ BAD_SCENES = {
         "'<<' in the mapping at line 2 is not supported",
     ),
     "overflow": ("obstacles: " + ":".join(["1"] * 300) + ".5", "not YAML"),
+    "pairs that are none": (PAIRS.format("hand"), "must be a list of pairs, not 'hand'"),
+    "one name": (PAIRS.format("[[hand]]"), "each must be two names of links or obstacles"),
+    "three names": (PAIRS.format("[[a, b, c]]"), "as in [hand, table], not ['a', 'b', 'c']"),
+    "a name twice": (PAIRS.format("[[a, a]]"), "not ['a', 'a']"),
+    "a number as name": (PAIRS.format("[[a, 1]]"), "not ['a', 1]"),
+    "misspelt pairs": ("obstacles: [{sphere: 1}]\nallowed_collision: []", "did you mean 'allowed"),
+    "names alike": (
+        "obstacles: [{sphere: 1, name: a}, {sphere: 2}, {sphere: 3, name: a}]",
+        "two obstacles are called 'a'; rename one",
+    ),
     "many bytes": ("# " + "x" * 2**18, "scenes of at most 262144 are read"),
 }
 
@@ -109,7 +145,22 @@ BAD_OBSTACLES = {
     "shape twice": ("{sphere: 1, sphere: 2}", "twice"),
     "misspelt shape": ("{spere: 1}", "did you mean 'sphere'"),
     "misspelt position": ("{sphere: 1, postion: [1, 2, 3]}", "did you mean 'position'"),
-    "scale of a box": ("{box: [1, 1, 1], scale: 2}", "only a mesh"),
+    "scale of a box": ("{box: [1, 1, 1], scale: 2}", "only a mesh or a hull may have a scale"),
+    "few points": ("{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}", "at least 4 points that differ"),
+    "points alike": ("{hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]]}", "differ, not 3"),
+    "no points": ("{hull: []}", "at least 4 points that differ, not 0"),
+    "flat hull": ("{hull: [[0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]]}", "all lie in one plane"),
+    "hull of a flat file": ("{hull: flat.obj}", "all lie in one plane"),
+    "hull of one point": ("{hull: junk.obj}", "at least 4 points that differ, not 1"),
+    "NaN in a hull": ("{hull: [[0, 0, .nan]]}", "a point of a hull must be finite"),
+    "far point": ("{hull: [[0, 0, 1.0e+7]]}", "at most 1e+06"),
+    "short point": ("{hull: [[0, 0]]}", "a point of a hull must be a list of 3 numbers"),
+    "number as hull": ("{hull: 1}", "must name a file or list points, not 1"),
+    "no such hull": ("{hull: none.obj}", "no such file"),
+    "huge hull": ("{hull: points.obj, scale: 1.0e+6}", "at most 1e+06 from the origin"),
+    "mesh and hull": ("{hull: points.obj, mesh: open.stl}", "not mesh and hull"),
+    "number as name": ("{sphere: 1, name: 1}", "name must be a word such as 'shelf', not 1"),
+    "empty name": ("{sphere: 1, name: ''}", "name must be a word"),
     "short box": ("{box: [1, 1]}", "box must be a list of 3"),
     "number as box": ("{box: 1}", "box must be a list of 3"),
     "flat box": ("{box: [1, 0, 1]}", "box must be above 0"),
@@ -168,3 +219,57 @@ def test_bad_obstacles_are_refused_in_one_line(name: str, folder: Path) -> None:
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     assert "no such file" in refusal(tmp_path / "scene.yaml")
     assert "no such file" in refusal(tmp_path)
+
+
+def scene_of(folder: Path, pairs: str) -> Scene:
+    named = "obstacles: [{sphere: 1, name: ball}, {sphere: 2}, {box: [1, 1, 1], name: crate}]"
+    return read_scene(written(folder, f"{named}\nallowed_collisions: {pairs}"))
+
+
+LINKS = ["base", "hand", "finger", "hand"]
+
+
+def test_allowed_pairs_are_of_links_or_of_links_and_obstacles(folder: Path) -> None:
+    scene = scene_of(folder, "[[hand, finger], [crate, hand], [finger, ball], [base, hand]]")
+    scene.check_names(LINKS)
+    assert scene.allowed_links(LINKS) == {
+        frozenset(("hand", "finger")),
+        frozenset(("base", "hand")),
+    }
+    contacts = scene.allowed_contacts(LINKS)
+    assert contacts.dtype == np.bool_
+    assert contacts.tolist() == [
+        [False, False, False],
+        [False, False, True],
+        [True, False, False],
+        [False, False, True],
+    ]
+
+
+def test_what_a_scene_without_pairs_allows_is_nothing(folder: Path) -> None:
+    scene = read_scene(written(folder, "obstacles: [{sphere: 1}]"))
+    scene.check_names(LINKS)
+    assert scene.allowed_links(LINKS) == frozenset()
+    assert not scene.allowed_contacts(LINKS).any()
+    assert scene.allowed_contacts(LINKS).shape == (4, 1)
+    assert Scene(Path()).allowed_contacts(LINKS).shape == (4, 0)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "links", "said"),
+    [
+        ("[[hand, fingr]]", LINKS, "unknown link or obstacle 'fingr'; did you mean 'finger'?"),
+        ("[[crat, hand]]", LINKS, "unknown link or obstacle 'crat'; did you mean 'crate'?"),
+        ("[[crate, ball]]", LINKS, "'crate' and 'ball' are obstacles, which may touch anyway"),
+        ("[[hand, ball]]", [*LINKS, "ball"], "a link and an obstacle are called 'ball'"),
+    ],
+)
+def test_pairs_of_what_is_not_there_are_one_clear_line(
+    pairs: str, links: list[str], said: str, folder: Path
+) -> None:
+    scene = scene_of(folder, pairs)
+    with pytest.raises(InputError) as caught:
+        scene.check_names(links)
+    assert said in str(caught.value)
+    assert str(caught.value).startswith(f"{folder / 'scene.yaml'}: ")
+    assert "\n" not in str(caught.value)

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from envs.collision import mesh, mesh_tree
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.separation import least_separation, separations, shapes_of
+from envs.collision.separation import clearances_of_each, separations, shapes_of
 from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, PlacedShape, Solid, Sphere
 from envs.problem import Array
 from envs.robots.point import PointRobot
@@ -87,10 +87,12 @@ def test_shapes_placed_elsewhere_are_where_they_are_placed() -> None:
     assert apart[0] == pytest.approx(1 - EGG.bounds[1, 1] - 0.6, abs=1e-4)
     assert apart[1] == pytest.approx(0.4 - EGG.bounds[1, 0], abs=1e-4)
     ball = shapes_of([PlacedShape(Sphere(0.1), np.eye(4))])
-    least = least_separation(ball, 0, np.eye(3), np.array([0.2, 0, 0]), shapes, np.inf)
+    here, no_pairs, least = np.eye(3, 4)[None].copy(), np.zeros((0, 2), dtype=np.int64), np.empty(1)
+    here[0, 0, 3] = 0.2
+    clearances_of_each(ball, here, shapes, no_pairs, np.inf, 0.0, least)
     assert least == pytest.approx(0.1)
-    least = least_separation(ball, 0, np.eye(3), np.array([0.2, 0, 0]), shapes, 0.05)
-    assert least >= 0.05
+    clearances_of_each(ball, here, shapes, no_pairs, 0.05, 0.0, least)
+    assert least == 0.05
 
 
 def test_flat_triangles_and_single_ones_have_distances() -> None:
@@ -150,7 +152,7 @@ def test_any_number_of_meshes_is_prepared_once_and_let_go_with_them(
 
 def test_valid_means_apart_by_our_own_distance_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     """FCL's word alone is not enough."""
-    monkeypatch.setattr(CollisionModel, "_touches", lambda self, manager, body: False)
+    monkeypatch.setattr(CollisionModel, "_touches", lambda self, body: False)
     model = CollisionModel(PointRobot(0.1), [as_mesh(EGG), PlacedShape(Sphere(0.1), np.eye(4))])
     assert not model.is_valid(np.zeros(3))
     assert model.is_valid(np.ones(3))

@@ -25,6 +25,7 @@ from envs.collision.shapes import (
     SIZED,
     Box,
     Capsule,
+    ConvexHull,
     Cylinder,
     Mesh,
     PlacedShape,
@@ -45,13 +46,14 @@ SOLIDS: dict[str, Solid] = {
     "capsule": Capsule(0.2, 1.0),
     "box": Box(np.array([0.1, -0.2, 0.3]), np.array([0.4, 0.6, 0.8])),
     "mesh": Mesh(_BLOCK.vertices, _BLOCK.faces),
+    "hull": ConvexHull.of_points(_BLOCK.vertices),
 }
 
 each_solid = pytest.mark.parametrize("solid", SOLIDS.values(), ids=SOLIDS)
 
 
 def test_all_kinds_are_here() -> None:
-    assert {solid.kind for solid in SOLIDS.values()} == {*SIZED, "mesh"}
+    assert {solid.kind for solid in SOLIDS.values()} == {*SIZED, "mesh", "hull"}
 
 
 @pytest.mark.parametrize(

@@ -108,6 +108,18 @@ def test_angles_wrap(x: float, y: float) -> None:
     assert distance == pytest.approx(min(abs(y - x), 2 * PI - abs(y - x)), abs=1e-9)
 
 
+@pytest.mark.parametrize("name", SPACES)
+@given(seed=seeds)
+def test_numbers_beyond_the_bounds_of_circles_are_the_same_places(name: str, seed: int) -> None:
+    space = SPACES[name]
+    q, _ = drawn(space, seed, 2)
+    turns = np.random.default_rng(seed).integers(-3, 4, q.shape)
+    back = space.wrapped(q + 2 * PI * turns * space.wraps)
+    assert space.distance(back, q) == pytest.approx(0, abs=1e-9)
+    assert space.contains(back).all()
+    assert (space.wrapped(q) is q) == space.is_flat
+
+
 def test_from_one_side_of_pi_to_the_other() -> None:
     heading = Space([Coordinates([-PI], [PI], wraps=[True])])
     a, b = np.array([[2.8]]), np.array([[-2.8]])

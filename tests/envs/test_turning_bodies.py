@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.shapes import Box, Obstacle, PlacedShape, Pose, Solid, Sphere
+from envs.collision.shapes import Box, Obstacle, PlacedShape, Solid, Sphere
 from envs.problem import Array
 from envs.spaces import Coordinates, Rotations, Space
 
@@ -37,10 +37,12 @@ class Body:
         place, turn = self._space.parts
         return max(1 / place.weight, self._radius / turn.weight)
 
-    def poses(self, q: Array) -> tuple[Pose, ...]:
+    def poses(self, q: Array) -> Array:
         if len(q) == 3:
-            return ((Rotation.from_euler("z", q[2]).as_matrix(), np.array([q[0], q[1], 0.0])),)
-        return ((Rotation.from_quat(q[3:]).as_matrix(), q[:3]),)
+            turn, place = Rotation.from_euler("z", q[2]), np.array([q[0], q[1], 0.0])
+        else:
+            turn, place = Rotation.from_quat(q[3:]), q[:3]
+        return np.column_stack([turn.as_matrix(), place])[None]
 
     def motion_bound(self, a: Array, b: Array) -> float:
         """No point is farther from the middle than the radius, however it turns."""

@@ -11,7 +11,10 @@ from bad_urdfs import BALL, LIMIT, joint, link, robot, with_shape
 
 from envs import InputError
 from envs.errors import tell_once
+from envs.robots import example_robot_data
 from envs.robots.kinematic_tree import KinematicTree
+from envs.robots.planning_group import PlanningGroup
+from envs.robots.srdf import read_srdf
 from envs.robots.urdf import read_urdf
 
 A, B = link("a"), link("b")
@@ -180,3 +183,136 @@ def test_formats_that_are_not_read_have_a_remedy(name: str, tmp_path: Path) -> N
     said = refusal(tmp_path, with_shape(f'<mesh filename="{name}"/>'))
     assert f"link 'b': {tmp_path / name}: meshes are read from .obj" in said
     assert "convert it to .stl or .obj" in said
+
+
+FRAMED = {
+    "byte order mark": lambda text: b"\xef\xbb\xbf" + text,
+    "line ends of Windows": lambda text: text.replace(b"\n", b"\r\n"),
+    "empty lines first": lambda text: b"\n  \n" + text,
+    "a mark and empty lines": lambda text: b"\xef\xbb\xbf\r\n" + text,
+    "sixteen bits": lambda text: (
+        text.decode().replace("?>", ' encoding="utf-16"?>').encode("utf-16")
+    ),
+    "comments": lambda text: text.replace(b"<joint", b"<!-- <joint/> --><joint"),
+}
+
+
+@pytest.mark.parametrize("name", FRAMED)
+def test_files_may_be_written_in_many_ways(name: str, tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf"
+    file.write_bytes(FRAMED[name](robot(A, B, AB).encode()))
+    assert names(read_urdf(file)[0]) == ["ab"]
+
+
+def test_robots_may_stand_on_a_world_link(tmp_path: Path) -> None:
+    """Without geometry or inertia, as may links between."""
+    text = robot(
+        *('<link name="world"/>', A, '<link name="flange"/>', B),
+        joint("stands", "world", "a", "fixed", '<origin xyz="0 0 0.5"/>'),
+        joint("af", "a", "flange", "fixed", ""),
+        joint("ab", "flange", "b"),
+    )
+    tree = chain_of(tmp_path, text)
+    assert names(tree) == ["ab"]
+    assert [(one.name, one.body) for one in tree.links][:2] == [("world", 0), ("a", 0)]
+    assert tree.links[1].offset[2, 3] == 0.5
+
+
+@pytest.mark.parametrize(
+    "ends", [("-1e+16", "1e16"), ("-inf", "inf"), ("-1.79769e+308", "1.79769e+308")]
+)
+def test_limits_that_are_none_let_a_joint_turn_for_ever(
+    ends: tuple[str, str], tmp_path: Path
+) -> None:
+    """As files have them that were made from SDFormat's."""
+    limit = '<limit lower="{}" upper="{}" effort="0" velocity="0"/>'.format(*ends)
+    [turn] = chain_of(tmp_path, robot(A, B, joint("ab", "a", "b", inside=limit))).joints
+    assert turn.wraps
+    slides = robot(A, B, joint("ab", "a", "b", "prismatic", limit))
+    assert "joint 'ab': lower=" in refusal(tmp_path, slides)
+    half = robot(A, B, joint("ab", "a", "b", inside=limit.replace(ends[0], "-1")))
+    assert "joint 'ab': upper=" in refusal(tmp_path, half)
+
+
+@pytest.mark.parametrize("name", ["arm.urdf.xacro", "arm.xacro"])
+@pytest.mark.parametrize("inside", ["", '<xacro:include filename="x"/>'])
+def test_a_xacro_file_says_how_to_expand_it(name: str, inside: str, tmp_path: Path) -> None:
+    file = tmp_path / name
+    file.write_text(robot(A, B, AB, inside))
+    with pytest.raises(InputError) as caught:
+        read_urdf(file)
+    said = f"{file}: is a xacro file; expand it first: xacro {name} > arm.urdf"
+    assert str(caught.value) == said
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (robot(A, B, AB.replace('"-2"', '"${-pi}"')), "lower='${-pi}' must hold 1 finite"),
+        (
+            robot(A, B, joint("j", "a", "b", inside='<origin xyz="0 0 ${h}"/>')),
+            "xyz='0 0 ${h}' must hold 3 finite",
+        ),
+        (with_shape('<mesh filename="$(find arm)/b.stl"/>'), "no such mesh: $(find arm)/b.stl"),
+    ],
+)
+def test_what_xacro_left_out_says_so(text: str, said: str, tmp_path: Path) -> None:
+    message = refusal(tmp_path, text)
+    assert said in message
+    assert message.endswith("; this is xacro's, expand the file first: xacro IN > OUT")
+
+
+@pytest.mark.parametrize("tag", ["macro", "include"])
+def test_macros_of_old_xacro_are_known(tag: str, tmp_path: Path) -> None:
+    assert "expand them first: xacro IN > OUT.urdf" in refusal(tmp_path, robot(A, f"<{tag}/>"))
+
+
+def test_joints_that_cannot_move_may_be_left_out(tmp_path: Path) -> None:
+    """Files have joints without limits, and such whose limits are 0 and 0."""
+    for limit in ('<limit effort="1" velocity="1"/>', '<limit lower="0" upper="0"/>'):
+        text = robot(A, B, link("c"), AB, joint("bc", "b", "c", inside=limit))
+        assert "or say which joints move instead" in refusal(tmp_path, text)
+        tree, _ = read_urdf(tmp_path / "arm.urdf", PlanningGroup(joints=("ab",)))
+        assert names(tree) == ["ab"]
+
+
+REFUSED = {
+    "alex_psyonic_hands.urdf": "joint 'Left_index_q2' mimics 'index_q1', which is no joint",
+    "alexander_v1.lowerBodyOnly.urdf": "take those it has: geometry=visual",
+    "TwoDofs.urdf": "take those it has: geometry=visual",
+    "human.urdf": "take those it has: geometry=visual",
+    "centauro.urdf": "joint 'j_wheel_1' has no limits",
+    "quadruped.urdf": "joint 'FL_KFE' has no limits",
+    "double_pendulum.urdf": "its lower limit 0 must be below its upper 0",
+    "double_pendulum_simple.urdf": "its lower limit 0 must be below its upper 0",
+    "quadrotor_base.urdf": "has no joints",
+    "iris_simple.urdf": "none of its joints moves",
+    "simple_humanoid.urdf": "no link that moves has collision geometry; add",
+    "simple_humanoid_classical.urdf": "no link that moves has collision geometry; add",
+    "ur3.urdf": "its <robot> has no name",
+}
+"""Of the package example-robot-data, and why: each lacks something that it must have."""
+
+
+@pytest.mark.slow
+def test_robots_of_example_robot_data_are_read_or_refused_for_a_reason() -> None:
+    robots = example_robot_data.robots()
+    if robots[0].missing:
+        pytest.skip('example-robot-data is not installed: pip install "plannerbench[robots]"')
+    [folder] = {robot.urdf.parents[2] for robot in robots if robot.name == "panda"}
+    files = sorted(folder.rglob("*.urdf"))
+    refused = {file.name: said for file in files if (said := why_refused(file))}
+    assert refused.keys() == REFUSED.keys()
+    assert all(REFUSED[name] in said and "\n" not in said for name, said in refused.items())
+    assert len(files) > len(refused) + 50
+    srdfs = list(folder.rglob("*.srdf"))
+    assert sum(len(read_srdf(file).groups) for file in srdfs) > len(srdfs) > 30
+
+
+def why_refused(file: Path) -> str:
+    """Empty where it is read."""
+    try:
+        read_urdf(file)
+    except InputError as error:
+        return str(error)
+    return ""

@@ -17,7 +17,7 @@ from bad_urdfs import BALL, collision, joint, link, robot, with_shape
 import envs
 from envs import InputError
 from envs.collision.mesh import queries
-from envs.collision.shapes import Box, Capsule, Mesh, Solid, Sphere
+from envs.collision.shapes import Box, Capsule, ConvexHull, Mesh, Solid, Sphere
 from envs.errors import tell_once
 from envs.robots.arm import Part
 from envs.robots.urdf import read_urdf
@@ -199,3 +199,23 @@ def test_a_robot_that_is_only_drawn_is_told_how_to_collide(tmp_path: Path) -> No
         parts_of(tmp_path, robot(A, link("b", visual('<sphere radius="0.1"/>')), AB))
     with pytest.raises(InputError, match="or take those it has: geometry=collision"):
         parts_of(tmp_path, robot(A, link("b", BALL), AB), "visual")
+
+
+@pytest.mark.parametrize("scale", ["1", "0.1", "-1 2 1"])
+def test_the_hull_is_meant_of_a_mesh_that_is_declared_convex(scale: str, tmp_path: Path) -> None:
+    ring = trimesh.creation.annulus(0.1, 0.3, 0.2, sections=16)
+    ring.export(tmp_path / "ring.stl")
+    declared = f'<mesh filename="ring.stl" scale="{scale}"><drake:declare_convex/></mesh>'
+    solid = solid_of(tmp_path, declared)
+    assert isinstance(solid, ConvexHull)
+    factors = np.array([float(word) for word in scale.split()]) * np.ones(3)
+    assert solid.triangulate().volume == pytest.approx(
+        ring.convex_hull.volume * abs(factors.prod()), rel=1e-6
+    )
+    assert type(solid_of(tmp_path, '<mesh filename="ring.stl"/>')) is Mesh
+
+
+def test_a_flat_mesh_that_is_declared_convex_is_one_clear_line(tmp_path: Path) -> None:
+    (tmp_path / "flat.obj").write_text("v 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\nf 1 2 3\nf 2 3 4\n")
+    with pytest.raises(InputError, match="link 'b': a hull's points must not all lie in one plane"):
+        solid_of(tmp_path, '<mesh filename="flat.obj"><drake:declare_convex/></mesh>')

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms import TURNING_HAND, arm_file
-from bad_urdfs import LIMIT, joint, link, robot
+from bad_urdfs import LIMIT, collision, joint, link, robot
 
 import envs
 from envs import InputError
@@ -129,3 +129,64 @@ def test_fingerprints_of_users_worlds_follow_content(tmp_path: Path) -> None:
     copy = tmp_path / "copy.urdf"
     copy.write_bytes(file.read_bytes())
     assert envs.make(f"arm:urdf={copy}").fingerprint == chains[limit, "true"]
+
+
+def ball_at(x: float) -> str:
+    return collision('<sphere radius="0.04"/>', f'<origin xyz="{x} 0.2 0"/>')
+
+
+GRIPPER = (
+    *TURNING_HAND,
+    *(link(side, ball_at(x)) for side, x in (("left", 0.45), ("right", 0.55))),
+    joint("holds", "hand", "left", "fixed", ""),
+    joint("opens", "hand", "right", inside=LIMIT, axis="0 1 0"),
+)
+
+
+def gripper_in(folder: Path, pairs: str) -> ArmWorld:
+    """A hand with two fingers beside each other, between a post that has a name and another."""
+    posts = "{sphere: 0.1, position: [1, 0, 0], name: post}, {sphere: 0.1, position: [-1, 0, 0]}"
+    (folder / "scene.yaml").write_text(f"obstacles: [{posts}]\nallowed_collisions: {pairs}\n")
+    env = envs.make(f"arm:urdf={arm_file(folder, *GRIPPER)},scene={folder / 'scene.yaml'}")
+    assert isinstance(env, ArmWorld)
+    return env
+
+
+def test_links_that_a_scene_names_may_touch(tmp_path: Path) -> None:
+    with_pair, without = (gripper_in(tmp_path, pairs) for pairs in ("[[right, left]]", "[]"))
+    links = without.robot.links
+    checked = [
+        {frozenset((links[i], links[j])) for i, j in e.robot.pairs} for e in (without, with_pair)
+    ]
+    assert checked[0] - checked[1] == {frozenset(("left", "right"))}
+    assert with_pair.fingerprint != without.fingerprint
+    assert with_pair.clearance(np.zeros((1, 2)))[0] > without.clearance(np.zeros((1, 2)))[0]
+
+
+def test_obstacles_are_called_by_their_names(tmp_path: Path) -> None:
+    names = gripper_in(tmp_path, "[]").obstacle_names
+    assert names == ["obstacle 'post'", "obstacle 2 (a sphere)"]
+
+
+def test_what_stands_still_may_touch_obstacles(tmp_path: Path) -> None:
+    """It is not checked against them."""
+    assert (
+        gripper_in(tmp_path, "[[base, post]]").fingerprint == gripper_in(tmp_path, "[]").fingerprint
+    )
+
+
+@pytest.mark.parametrize(
+    ("pairs", "said"),
+    [
+        ("[[right, post]]", "link 'right' and obstacle 'post' may not be allowed to touch yet"),
+        ("[[post, hand]]", "link 'hand' and obstacle 'post' may not be allowed to touch yet"),
+        ("[[hnd, post]]", "unknown link or obstacle 'hnd'; did you mean 'hand'?"),
+    ],
+)
+def test_pairs_that_cannot_be_allowed_are_one_clear_line(
+    pairs: str, said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError) as caught:
+        gripper_in(tmp_path, pairs)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)

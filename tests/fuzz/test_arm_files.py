@@ -17,7 +17,7 @@ from envs.robots.kinematic_tree import KinematicTree
 from envs.robots.planning_group import PlanningGroup
 from envs.robots.srdf import read_srdf
 from envs.robots.urdf import read_urdf
-from envs.scenes.scene_file import read_scene
+from envs.scenes.scene_file import Scene, read_scene
 
 MESH = '<mesh filename="package://arm/meshes/cube.stl" scale="0.1 0.1 0.2"/>'
 
@@ -82,6 +82,12 @@ SCENES = (
     "    position: [0, -0.6, 0.2]\n",
     "obstacles: [{sphere: 0.01, position: &p [1, 2, 3]}, {box: [1, 2, 3], rpy: *p}]\n",
     '{"obstacles": [{"cylinder": [1, 2.5], "rpy": [0, 1.5708, 0]}, {"mesh": "cube.stl"}]}',
+    "obstacles:\n"
+    "  - {hull: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1.0e-3]], name: rock}\n"
+    "  - {hull: cube.stl, scale: 0.1, name: crate}\n"
+    "allowed_collisions:\n"
+    "  - [left_finger, right_finger]\n"
+    "  - [hand, crate]\n",
 )
 
 
@@ -143,13 +149,14 @@ def test_srdfs(folder: Path) -> None:
 def test_scenes(folder: Path) -> None:
     file = folder / "scene.yaml"
 
-    def parse(content: bytes) -> list[PlacedShape]:
+    def parse(content: bytes) -> Scene:
         file.write_bytes(content)
         return read_scene(file)
 
-    def check(scene: list[PlacedShape]) -> None:
-        assert scene
-        for placed in scene:
+    def check(scene: Scene) -> None:
+        assert len(scene.obstacles) == len(scene.names) > 0
+        for placed in scene.obstacles:
             assert_finite(placed)
+        assert all(len(set(pair)) == 2 for pair in scene.allowed)
 
     fuzzed("scenes", contents(SCENES), parse, check)

@@ -44,8 +44,8 @@ class Inside(FourNumbers):
 
 
 @pytest.mark.parametrize("name", methods.METHODS)
-def test_no_field_is_for_what_wraps(name: str) -> None:
-    assert "R^n" in str(planners.make(name).unsupported(Plane()))
+def test_no_field_is_for_what_moves_and_turns_in_parts(name: str) -> None:
+    assert "in parts" in str(planners.make(name).unsupported(Plane()))
 
 
 def test_a_robot_that_is_no_point_and_has_no_links_is_told_by_its_numbers() -> None:

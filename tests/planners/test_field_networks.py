@@ -10,12 +10,20 @@ from torch import Tensor
 
 from planners.fields.layers import FieldShape
 from planners.fields.networks import TimeField
+from planners.learning.circles import Circles
+
+SHAPES = {
+    "2-D": FieldShape(2, frequencies=8, width=32),
+    "3-D": FieldShape(3, frequencies=8, width=32),
+    "6-D": FieldShape(6, frequencies=8, width=32),
+    "wrapping": FieldShape(3, frequencies=8, width=32, circles=Circles((0, 2), 0.7)),
+}
 
 
-@pytest.fixture(params=[2, 3, 6], ids=lambda d: f"{d}-D")
+@pytest.fixture(params=SHAPES)
 def net(request: pytest.FixtureRequest) -> TimeField:
     torch.manual_seed(1)
-    made = TimeField(FieldShape(request.param, frequencies=8, width=32)).double()
+    made = TimeField(SHAPES[request.param]).double()
     for parameter in made.parameters():  # away from the near-linear start
         parameter.data *= 1.5
     return made

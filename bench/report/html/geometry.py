@@ -49,18 +49,22 @@ class Scene:
         """What does not depend on problems: `meshes` that stand still and `links` that move (see
         `_Scale.mesh`), `lower` and `upper` corners of the picture, whether free space is
         `enclosed`, so that it is to be cut open, and what is `followed` by the curves."""
-        obstacles = triangles_of(self._env.obstacles)
-        if self._env.rooms is not None:
-            obstacles = obstacles[~_is_ceiling(self._env.rooms, obstacles)]
-        still = [obstacles, self._robot.still]
+        still = self._scale.mesh(self._robot.still, _MOST_FACES)
         return {
-            "meshes": [self._scale.mesh(triangles, _MOST_FACES) for triangles in still],
+            "meshes": [self.obstacles(self._env), still],
             "links": [self._scale.mesh(link, _MOST_LINK_FACES) for link in self._links],
             "lower": self._lower.tolist(),
             "upper": self._upper.tolist(),
             "enclosed": self._env.rooms is not None,
             "followed": self._env.trace_label,
         }
+
+    def obstacles(self, env: Environment) -> dict[str, Any]:
+        """The first of the `meshes`, of an environment with this robot."""
+        obstacles = triangles_of(env.obstacles)
+        if env.rooms is not None:
+            obstacles = obstacles[~_is_ceiling(env.rooms, obstacles)]
+        return self._scale.mesh(obstacles, _MOST_FACES)
 
     def points(self, q: Array) -> Array:
         """Where the points that are traced are at configurations (n, d): (n, k, 3)."""

@@ -116,6 +116,7 @@ _SORTED_BY = {
     "setup s": "setup_s",
     "training s": "train_s",
     "offline s": "offline_s",
+    formatting.SCENE_TIME: "scene_s_median",
     formatting.BLOCKED_SUCCESS: "blocked_success_rate",
     **{title: f"time_s_to_{level}" for level, title in formatting.REACHED.items()},
 }

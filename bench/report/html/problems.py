@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from bench.report import formatting
 from bench.report.html.geometry import Scene
 from bench.report.postures import drawable
 from bench.storage.record import NOT_ATTEMPTED, Verdict, decode_path
-from envs import Environment, InputError
+from envs import Environment, InputError, Problem
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 
@@ -129,7 +128,8 @@ def problems_data(problem_set: ProblemSetResults, shown: Sequence[Column]) -> di
     its `attempts`, each with `planner` (its number among the set's), `outcome`, `texts` (one for
     each column), `error`, and where there is a path to show `drawn` (see `Scene.drawn`), and
     of one that collides `contact`: where first, as `drawn` and as a `share` of its length, and
-    what with, as `text`.
+    what with, as `text`. Where problems have scenes of their own, the `obstacles` of each are as
+    the first of `scene`'s meshes.
     """
     try:
         world = problem_set.world()
@@ -177,12 +177,15 @@ class _Shown(_Plain):
         super().__init__(problem_set, shown)
         self._world, self._scene = world, Scene(world)
         self._ends = self._known_ends()
+        self._made: tuple[Environment, CollisionModel] | None = None
 
     def data(self, why: str = "") -> dict[str, Any]:
         data = {**super().data(why), "scene": self._scene.data()}
         for number, problem in data["problems"].items():
             start, goal = self._scene.points(self._ends[number])
             problem.update(start=start.tolist(), goal=goal.tolist())
+            if self._world.scenes_differ:
+                problem["obstacles"] = self._scene.obstacles(self._scene_of(number))
         return data
 
     def _known_ends(self) -> dict[int, Array]:
@@ -210,11 +213,17 @@ class _Shown(_Plain):
             return attempt
         attempt["drawn"] = self._scene.drawn(path)
         if row["verdict"] == Verdict.COLLISION.value:
-            found = first_contact(self._world, self._model, path)
+            scene = self._scene_of(row["problem"])
+            found = first_contact(scene, self._model_of(scene), path)
             drawn = self._scene.drawn(found.configuration[None])
             attempt["contact"] = {"share": found.share, "text": found.text, "drawn": drawn}
         return attempt
 
-    @cached_property
-    def _model(self) -> CollisionModel:
-        return self._world.collision_model()
+    def _scene_of(self, number: int) -> Environment:
+        start, goal = self._ends[number]
+        return self._world.scene_of(Problem(start, goal, number))
+
+    def _model_of(self, scene: Environment) -> CollisionModel:
+        if self._made is None or self._made[0] is not scene:
+            self._made = scene, scene.collision_model()
+        return self._made[1]

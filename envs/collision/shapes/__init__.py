@@ -5,13 +5,14 @@ a few lengths tell all (`SizedSolid`) is read from URDFs and scene files once it
 """
 
 from envs.collision.shapes.capsule import Capsule
+from envs.collision.shapes.convex_hull import ConvexHull
 from envs.collision.shapes.placed_shape import (
     SURFACE_POINTS,
     Obstacle,
     PlacedShape,
     surface_points,
 )
-from envs.collision.shapes.robot import Pose, Robot
+from envs.collision.shapes.robot import Robot
 from envs.collision.shapes.sized import Box, Cylinder, SizedSolid, Sphere
 from envs.collision.shapes.solid import (
     BOX,
@@ -43,11 +44,11 @@ __all__ = [
     "TRIANGLE",
     "Box",
     "Capsule",
+    "ConvexHull",
     "Cylinder",
     "Mesh",
     "Obstacle",
     "PlacedShape",
-    "Pose",
     "Robot",
     "SizedSolid",
     "Solid",

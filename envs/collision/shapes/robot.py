@@ -7,9 +7,6 @@ from typing import Protocol
 from envs.collision.shapes.solid import Solid
 from envs.problem import Array
 
-Pose = tuple[Array | None, Array]
-"""A rotation (3, 3), or None for none, and a translation (3,), in the workspace frame."""
-
 
 class Robot(Protocol):
     """The contract of a robot: rigid shapes that a configuration places. What collision checking
@@ -22,8 +19,7 @@ class Robot(Protocol):
         >>> import numpy as np
         >>> from envs.robots.point import PointRobot
         >>> robot = PointRobot(radius=0.5)
-        >>> [(rotation, position)] = robot.poses(np.array([1.0, 2.0, 3.0]))
-        >>> position.tolist()
+        >>> robot.poses(np.array([1.0, 2.0, 3.0]))[0, :, 3].tolist()
         [1.0, 2.0, 3.0]
         >>> robot.motion_bound(np.zeros(3), np.array([3.0, 4.0, 0.0]))
         5.0
@@ -51,15 +47,15 @@ class Robot(Protocol):
         the robot travels per unit of distance in configuration space, and by which the distance
         of two shapes of `pairs` changes."""
 
-    def poses(self, q: Array) -> tuple[Pose, ...]:
+    def poses(self, q: Array) -> Array:
         """The placement of every shape. Pictures show it there by `Solid.triangulate`.
 
         Args:
             q: a configuration, float64 (d,).
 
         Returns:
-            For each shape a rotation (3, 3), or None for none, and a translation (3,), from the
-            shape's frame to the workspace.
+            float64 (shapes, 3, 4): for each shape a rotation (3, 3) and beside it a translation
+            (3,), from the shape's frame to the workspace.
         """
 
     def motion_bound(self, a: Array, b: Array) -> float:

@@ -52,10 +52,7 @@ class Mesh(Solid):
     @cached_property
     def digest(self) -> str:
         """Of the numbers, the same on every machine."""
-        digest = hashlib.sha256()
-        digest.update(np.ascontiguousarray(self.vertices, dtype="<f8").tobytes())
-        digest.update(np.ascontiguousarray(self.faces, dtype="<i8").tobytes())
-        return digest.hexdigest()
+        return digest_of(self.vertices, self.faces)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Mesh) and self.digest == other.digest
@@ -96,9 +93,10 @@ class Mesh(Solid):
         return Spheres(centers, radii)
 
     def distance_row(self, pose: Array) -> Array:
-        """With but the centre and the radius of a sphere that holds it."""
+        """With but its axes, and the centre and the radius of a sphere that holds it."""
         center, radius = self.bounding_sphere()
         row = np.zeros(ROW)
+        row[:9] = pose[:3, :3].T.ravel()
         row[9:12] = pose[:3, :3] @ center + pose[:3, 3]
         row[15], row[16] = radius * (1 + 1e-12), MESH
         return row
@@ -118,9 +116,21 @@ class Mesh(Solid):
         return model
 
     def piece_points(self) -> Array:
+        return self._piece_points
+
+    @cached_property
+    def _piece_points(self) -> Array:
         import trimesh
 
         pieces = trimesh.graph.connected_components(
             self.triangulate().face_adjacency, nodes=np.arange(len(self.faces))
         )
         return np.array([self.vertices[self.faces[piece[0], 0]] for piece in pieces])
+
+
+def digest_of(*arrays: NDArray[Any]) -> str:
+    """Of numbers, the same on every machine."""
+    digest = hashlib.sha256()
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array, array.dtype.newbyteorder("<")).tobytes())
+    return digest.hexdigest()

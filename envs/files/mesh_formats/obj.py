@@ -10,6 +10,7 @@ import numpy as np
 from envs.files.mesh_formats.polygons import Polygons
 from envs.files.mesh_formats.soup import Soup, UnreadableError, read_triangles
 
+_FACE = re.compile(rb"^[ \t]*fo?[ \t]", re.MULTILINE)
 _POLYGON = re.compile(rb"^[ \t]*fo?(?:[ \t]+[^\s#]+){4}", re.MULTILINE)
 _RELATIVE = re.compile(rb"^[ \t]*fo?[ \t][^\n]*[ \t]-", re.MULTILINE)
 _FREE_FORM = re.compile(rb"^[ \t]*(surf|curv2?)[ \t]", re.MULTILINE)
@@ -17,7 +18,7 @@ _FREE_FORM = re.compile(rb"^[ \t]*(surf|curv2?)[ \t]", re.MULTILINE)
 
 def read(path: Path) -> Soup:
     """Faces of any number of corners, also counted back from the last vertex; lines and points are
-    passed over.
+    passed over. The vertices of a file without faces are all there.
 
     Raises:
         UnreadableError: it has free-form surfaces, or faces without vertices.
@@ -27,6 +28,8 @@ def read(path: Path) -> Soup:
         raise UnreadableError(
             f"free-form curves and surfaces ({free[1].decode()}) are not supported; export polygons"
         )
+    if _FACE.search(data) is None:  # of which trimesh drops the vertices
+        return _polygons(data.decode("utf-8", "replace")).cut()
     relative = _RELATIVE.search(data) is not None
     if not relative and _POLYGON.search(data) is None:
         return read_triangles(path)

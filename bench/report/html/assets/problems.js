@@ -62,9 +62,9 @@ class ProblemPage {
   constructor(problemSet, number, { scene, problems, why }) {
     this.problemSet = problemSet;
     this.number = number;
-    this.scene = scene;
-    this.why = why;
     this.problem = problems[number];
+    this.scene = sceneOfProblem(scene, this.problem);
+    this.why = why;
     this.attempts = this.problem.attempts.map((attempt) => ({
       ...attempt, who: report.planners[problemSet.planners[attempt.planner]], shown: true,
     }));

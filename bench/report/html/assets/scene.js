@@ -27,11 +27,19 @@ function surface(meshes, look) {
   };
 }
 
-/** A scene of a package with its arrays as numbers. */
+/** A mesh of a package with its arrays as numbers. */
+const meshOf = ({ vertices, faces, many }) =>
+  ({ vertices: numbersOf(vertices), faces: numbersOf(faces), many });
+
+/** A scene of a package, the same way. */
 function sceneOf(packed) {
-  const mesh = ({ vertices, faces, many }) =>
-    ({ vertices: numbersOf(vertices), faces: numbersOf(faces), many });
-  return { ...packed, meshes: packed.meshes.map(mesh), links: packed.links.map(mesh) };
+  return { ...packed, meshes: packed.meshes.map(meshOf), links: packed.links.map(meshOf) };
+}
+
+/** The scene of a problem, which may have obstacles of its own. */
+function sceneOfProblem(scene, { obstacles }) {
+  if (!scene || !obstacles) return scene;
+  return { ...scene, meshes: [meshOf(obstacles), ...scene.meshes.slice(1)] };
 }
 
 const isSimplified = (scene) =>

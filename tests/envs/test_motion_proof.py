@@ -1,0 +1,121 @@
+"""Quick proofs of arms' motions, beside the search that asks the collision model step by step."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from arms import arm_of, at, fcl_only, turning
+from conftest import has_data
+
+import envs
+from envs import Environment
+from envs.collision.fcl_model import CollisionModel
+from envs.collision.shapes import Mesh, PlacedShape, Sphere
+from envs.problem import Array
+from envs.robots.arm import Part
+from envs.scenes.arm_world import ArmWorld
+
+
+def motions(env: Environment, n: int) -> list[tuple[Array, Array]]:
+    """From valid configurations, short and long ones."""
+    rng, model = np.random.default_rng(2), env.collision_model()
+    found = []
+    while len(found) < n:
+        a, b = rng.uniform(env.lower, env.upper, (2, env.dimension))
+        b = a + (b - a) * rng.uniform(0.05, 1)
+        if model.is_valid(a):
+            found.append((a, b))
+    return found
+
+
+@pytest.mark.parametrize("text", ["arm4", "arm6:self_collision=true"])
+def test_the_answers_are_those_of_the_search_alone(text: str) -> None:
+    """Where the least clearance lies between half the tolerance and all of it, either may do."""
+    env = envs.make(text)
+    model, alone = env.collision_model(), fcl_only(env)
+    answers = []
+    for a, b in motions(env, 150):
+        found, expected = model.segment_is_free(a, b), alone.segment_is_free(a, b)
+        if found != expected:
+            least = alone.min_clearance(np.array([a, b]))
+            assert env.tolerance / 2 <= least <= 2 * env.tolerance
+        answers.append(expected)
+    assert 30 < sum(answers) < 120
+
+
+@pytest.mark.parametrize("text", ["arm5", "arm6:self_collision=true"])
+def test_what_is_proved_keeps_the_tolerance_everywhere(text: str) -> None:
+    env = envs.make(text)
+    tolerance, exact = 2 * env.tolerance, fcl_only(env)
+    proved = 0
+    for a, b in motions(env, 60):
+        place, _ = env.prover(a, b, tolerance)
+        if place >= 0:
+            assert exact.clearance(a + place * (b - a)) <= tolerance
+            continue
+        proved += 1
+        least = min(exact.clearance(a + t * (b - a)) for t in np.linspace(0, 1, 300))
+        assert least > tolerance / 2
+    assert proved >= 20
+
+
+def hollow(radius: float) -> Mesh:
+    shell = trimesh.creation.icosphere(subdivisions=3, radius=radius)
+    return Mesh(np.asarray(shell.vertices), np.asarray(shell.faces))
+
+
+def test_motions_within_a_closed_mesh_are_refused_though_nothing_is_touched() -> None:
+    """A ball on an arm that swings inside of a shell, and one that swings outside."""
+    arm = arm_of([turning("z")], Part(1, PlacedShape(Sphere(0.05), at(1, 0, 0))))
+    a, b = np.array([-0.05]), np.array([0.05])
+    for where, free in (((1, 0, 0), False), ((-1, 0, 0), True)):
+        world = ArmWorld(arm, [PlacedShape(hollow(0.4), at(*where))], "test")
+        model = world.collision_model()
+        assert model.is_valid(a) == free
+        assert model.segment_is_free(a, b) == free
+        assert (model.clearance(a) > 0) == free
+
+
+def test_a_link_that_holds_an_obstacle_within_is_refused() -> None:
+    arm = arm_of([turning("z")], Part(1, PlacedShape(hollow(0.4), at(1, 0, 0))))
+    world = ArmWorld(arm, [PlacedShape(Sphere(0.05), at(1, 0, 0))], "test")
+    model = world.collision_model()
+    assert not model.is_valid(np.zeros(1))
+    assert not model.segment_is_free(np.array([-0.05]), np.array([0.05]))
+    assert model.is_valid(np.full(1, 2.0))
+    assert model.segment_is_free(np.array([1.9]), np.array([2.1]))
+
+
+def test_known_to_be_apart_is_not_asked_of_insides() -> None:
+    arm = arm_of([turning("z")], Part(1, PlacedShape(hollow(0.1), at(1, 0, 0))))
+    asked = []
+
+    def allowed(q: Array) -> Array:
+        asked.append(q)
+        return np.ones(len(q), dtype=np.bool_)
+
+    shell = [PlacedShape(hollow(0.4), at(1, 0, 0))]
+    model = CollisionModel(arm, shell, allowed=allowed, allowed_apart=True)
+    model.is_valid(np.full(1, 3.0))
+    assert not asked
+    model.is_valid(np.zeros(1))
+    assert len(asked) == 1
+
+
+@pytest.mark.slow
+def test_robots_of_meshes_are_proved_and_refused_alike() -> None:
+    """Links that are meshes, some of them no hulls."""
+    if not has_data("mbm/panda/panda.urdf"):
+        pytest.skip("BENCH_DATA names no folder with mbm")
+    mbm = Path(os.environ["BENCH_DATA"]) / "mbm"
+    env = envs.make(f"arm:urdf={mbm}/panda/panda.urdf,srdf={mbm}/panda/panda.srdf,group=panda_arm")
+    model, alone = env.collision_model(), fcl_only(env)
+    for a, b in motions(env, 40):
+        found, expected = model.segment_is_free(a, b), alone.segment_is_free(a, b)
+        if found != expected:
+            least = alone.min_clearance(np.array([a, b]))
+            assert env.tolerance / 2 <= least <= 2 * env.tolerance
