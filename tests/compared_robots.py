@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 from exact_bodies import ExactBody
-from exact_robots import ExactArm, numbered
+from exact_robots import BASES, ExactArm, RobotFiles, numbered
 from made_robots import made_body_world, made_scene, made_tree_world
 from motion_agreement import Comparison
 
 import envs
 from envs.robots.named_robots import known_robots, robot_named
-from envs.robots.robot_description import RobotDescription
 from envs.scenes.arm_world import ArmWorld
 from envs.scenes.rigid_world import RigidWorld
 
@@ -47,25 +46,23 @@ def comparison(name: str, folder: Path) -> Comparison:
     if kind == "body":
         return of_body(made_body_world(folder, int(seed)))
     if kind == "tree":
-        srdf = folder / "robot.srdf"
-        text = made_tree_world(folder, int(seed))
-        state = "there" if "state=there" in text else ""
-        return of_arm(text, folder / "robot.urdf", srdf if srdf.exists() else None, state)
-    robot, text = _real(name)
+        return of_arm(*made_tree_world(folder, int(seed)))
+    text, files = _real(name)
     env = _arm_world(text)
     at = env.robot.tree.joints[0].origin[:3, 3]
     scene = made_scene(folder, np.random.default_rng(0), at, 0.8 * env.robot.extent)
-    return of_arm(f"{text},scene={scene}", robot.urdf, robot.srdf, robot.state)
+    return of_arm(f"{text},scene={scene}", files)
 
 
-def _real(name: str) -> tuple[RobotDescription, str]:
-    """A real robot, and the text of its environment without a scene."""
+def _real(name: str) -> tuple[str, RobotFiles]:
+    """The text of the environment of a real robot, without a scene."""
     family, _, model = name.rpartition("/")
     if not family:
-        return robot_named(name), f"arm:robot={name}"
+        robot = robot_named(name)
+        return f"arm:robot={name}", RobotFiles(robot.urdf, robot.srdf, robot.state)
     folder = Path(os.environ["BENCH_DATA"]) / name
-    robot = RobotDescription(model, folder / f"{model}.urdf", folder / f"{model}.srdf")
-    return robot, f"arm:urdf={robot.urdf},srdf={robot.srdf},group={_OF_MBM[model]}"
+    files = RobotFiles(folder / f"{model}.urdf", folder / f"{model}.srdf")
+    return f"arm:urdf={files.urdf},srdf={files.srdf},group={_OF_MBM[model]}", files
 
 
 def _arm_world(text: str) -> ArmWorld:
@@ -74,11 +71,15 @@ def _arm_world(text: str) -> ArmWorld:
     return env
 
 
-def of_arm(text: str, urdf: Path, srdf: Path | None = None, state: str = "") -> Comparison:
-    """Of a kinematic tree, the text of whose environment has these files and this state."""
+def of_arm(text: str, files: RobotFiles) -> Comparison:
+    """Of a kinematic tree, the text of whose environment has these files."""
     env = _arm_world(text)
     coordinates = [joint.name for joint in env.robot.tree.coordinates]
-    exact = ExactArm(urdf, coordinates, env.obstacles, srdf, state)
+    if files.drives:
+        base = 3 if files.drives == "planar" else 4
+        assert env.space.size == len(coordinates[base:]) + BASES[files.drives]
+        coordinates = coordinates[base:]
+    exact = ExactArm(files, coordinates, env.obstacles)
     named = numbered(env.robot.links)
     ours = {frozenset((named[i], named[j])) for i, j in env.robot.pairs}
     differ = exact.leave_out_all_but(ours)
@@ -91,5 +92,5 @@ def of_body(text: str) -> Comparison:
     env = envs.make(text)
     assert isinstance(env, RigidWorld)
     planar = len(env.lower) == 3 and not env.space.is_flat
-    z = float(env.robot.poses(env.lower)[0][1][2]) if planar else None
+    z = float(env.robot.placement.positions(env.lower[None])[0, 2]) if planar else None
     return Comparison(env, ExactBody(env.robot.parts, env.obstacles, z))

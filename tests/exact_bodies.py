@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pinocchio
@@ -42,30 +43,35 @@ class ExactBody(ExactScene):
         among = [(i, len(parts) + j) for i in range(len(parts)) for j in range(len(obstacles))]
         super().__init__(solids, bodies, offsets, joints, among)
 
-    def pose(self, q: Array) -> tuple[Array, Array]:
-        """Where a configuration has the body."""
-        if self._z is not None:
-            return pinocchio.exp3(np.array([0.0, 0.0, q[2]])), np.array([q[0], q[1], self._z])
-        if len(q) == 3:
-            return np.eye(3), q
-        return pinocchio.Quaternion(q[3:] / np.linalg.norm(q[3:])).toRotationMatrix(), q[:3]
-
     def frames(self, q: Array) -> Frames:
         """At a configuration, where nothing moves."""
         return self.motion(q, q).at(0.0)
 
     def motion(self, a: Array, b: Array) -> BodyMotion:
         """Between configurations, by the shorter turn."""
-        return BodyMotion(*self.pose(a), *self.pose(b))
+        return BodyMotion(pose_of(a, self._z), pose_of(b, self._z))
+
+
+def pose_of(q: Array, z: float | None) -> Any:
+    """Where a configuration has a body, as a `pinocchio.SE3`: x, y and the heading in the plane at
+    z; or, if there is none, x, y, z and maybe a quaternion x, y, z, w."""
+    if z is not None:
+        turn = pinocchio.exp3(np.array([0.0, 0.0, q[2]]))
+        return pinocchio.SE3(turn, np.array([q[0], q[1], z]))
+    if len(q) == 3:
+        return pinocchio.SE3(np.eye(3), q)
+    quaternion = pinocchio.Quaternion(q[3:] / np.linalg.norm(q[3:]))
+    return pinocchio.SE3(quaternion.toRotationMatrix(), q[:3])
 
 
 class BodyMotion:
     """Of a body that goes straight and turns steadily about one axis, see `exact_scene.Motion`: as
     on a joint that slides, with one on it that turns."""
 
-    def __init__(self, turn: Array, shift: Array, to_turn: Array, to_shift: Array) -> None:
-        self._turn, self._shift = turn, shift
-        self._step, self._angle = to_shift - shift, pinocchio.log3(turn.T @ to_turn)
+    def __init__(self, begin: Any, end: Any) -> None:
+        self._turn, self._shift = begin.rotation, begin.translation
+        self._step = end.translation - self._shift
+        self._angle = pinocchio.log3(self._turn.T @ end.rotation)
         self.speeds = np.array([np.linalg.norm(self._step), np.linalg.norm(self._angle)])
 
     def at(self, t: float) -> Frames:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -14,6 +15,7 @@ import numpy as np
 import pinocchio
 import trimesh
 from coal_shapes import ExactSolid, coal_geometry, coal_mesh, coal_pose
+from exact_bodies import BodyMotion, pose_of
 from exact_links import Links
 from exact_scene import ExactScene, Frames, Joints
 from numpy.typing import NDArray
@@ -21,36 +23,54 @@ from numpy.typing import NDArray
 from envs.collision.shapes import PlacedShape
 from envs.problem import Array
 
+BASES = {"": 0, "planar": 3, "floating": 7}
+"""Numbers of a configuration that place bases which stand still, drive or float."""
+
+_ORIGIN = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+"""A base that is at the origin, and not turned."""
+
 _ALWAYS = 2000
 """Configurations in which links are in contact that may be."""
 
 
+@dataclass(frozen=True)
+class RobotFiles:
+    """A robot, and where it stands.
+
+    Attributes:
+        urdf, srdf: its files; the latter says which links may touch, if there is one.
+        state: group states of the SRDF, in which the joints are that stand still.
+        stands: x, y, z and a quaternion x, y, z, w, of its base, or of the frame in which it moves.
+        drives: "planar" or "floating", if it moves.
+    """
+
+    urdf: Path
+    srdf: Path | None = None
+    state: str = ""
+    stands: tuple[float, ...] = _ORIGIN
+    drives: str = ""
+
+
 class ExactArm(ExactScene):
-    """A kinematic tree among obstacles.
+    """A kinematic tree among obstacles, on a base that may drive or float: two joints more, of
+    which the first slides.
 
     Args:
-        file: its URDF.
+        files: of the robot.
         coordinates: names of the joints that move and mimic no other, in the order in which
-            configurations have them.
+            configurations have them, after the numbers of the base.
         obstacles: what is about it; what does not move may touch them.
-        srdf: its SRDF, if it has one, and
-        state: the group states of it where the other joints stand.
     """
 
     def __init__(
-        self,
-        file: Path,
-        coordinates: Sequence[str],
-        obstacles: Sequence[PlacedShape] = (),
-        srdf: Path | None = None,
-        state: str = "",
+        self, files: RobotFiles, coordinates: Sequence[str], obstacles: Sequence[PlacedShape]
     ) -> None:
-        file = _for_urdfdom(file)
-        self._links = Links(file, coordinates, srdf)
+        file = _for_urdfdom(files.urdf)
+        self._links = Links(file, coordinates, files.srdf)
         self._model = pinocchio.buildModelFromUrdf(str(file))
         self._data = self._model.createData()
         self._neutral = pinocchio.neutral(self._model)
-        for name, value in self._links.still(list(self._model.names)[1:], state):
+        for name, value in self._links.still(list(self._model.names)[1:], files.state):
             _put(self._neutral, self._model.joints[self._model.getJointId(name)], value)
         names = list(self._model.names)
         self._moving = [n for n, name in enumerate(names) if name in self._links.followed]
@@ -58,17 +78,19 @@ class ExactArm(ExactScene):
         self._follows = [one.coordinate for one in follows]
         self._ratios, self._offsets = np.array([one[1:] for one in follows]).T
         self.limits = self._limits(coordinates)
+        self._stands = pinocchio.XYZQUATToSE3(np.array(files.stands))
+        self.base = BASES[files.drives]
         geometries = list(_shapes(self._model, file).geometryObjects)
         self.links = [self._model.frames[one.parentFrame].name for one in geometries]
         solids = [ExactSolid(one.geometry) for one in geometries]
         solids += [ExactSolid(coal_geometry(obstacle.solid)) for obstacle in obstacles]
-        ways = [self._way_to(one.parentJoint) for one in geometries] + [[]] * len(obstacles)
         pinocchio.computeJointJacobians(self._model, self._data, self._neutral)
-        bodies = [1 + way[-1] if way else 0 for way in ways]
-        placed = map(self._offset, geometries, bodies)
+        ways = [self._way_to(one.parentJoint) for one in geometries]
+        bodies = [2 + way[-1] if way else 1 for way in ways] + [0] * len(obstacles)
+        placed = map(self._offset, geometries, ways)
         offsets = np.array([*placed, *map(coal_pose, obstacles)])
-        super().__init__(solids, bodies, offsets, self._joints(ways, offsets, solids), [])
-        self.ask_of(list(self._forbidden(bodies)))
+        joints = self._joints(ways, offsets, solids)
+        super().__init__(solids, bodies, offsets, joints, list(self._forbidden(joints)))
 
     def _limits(self, coordinates: Sequence[str]) -> Array:
         """Of the coordinates, (2, d); those of joints that turn for ever are -pi and pi."""
@@ -82,38 +104,41 @@ class ExactArm(ExactScene):
 
     def _way_to(self, joint: int) -> list[int]:
         """The joints that move between the base and a joint, as numbers of those that move; the
-        last carries the body that moves with the joint, whose number is greater by 1."""
+        last carries the body that moves with the joint."""
         return [self._moving.index(n) for n in self._model.supports[joint] if n in self._moving]
 
-    def _offset(self, shape: Any, body: int) -> Array:
+    def _offset(self, shape: Any, way: Sequence[int]) -> Array:
         """From a geometry's frame to its body's, (4, 4)."""
         there = self._data.oMi[shape.parentJoint] * shape.placement
-        carried = self._data.oMi[self._moving[body - 1]].inverse() * there if body else there
+        carried = self._data.oMi[self._moving[way[-1]]].inverse() * there if way else there
         offset: Array = carried.homogeneous
         return offset
 
     def _joints(
         self, ways: Sequence[list[int]], offsets: Array, solids: Sequence[ExactSolid]
     ) -> Joints:
-        """Args:
-        ways: (g,) to the solids' bodies.
+        """Those of the base, and those that move on it.
+
+        Args:
+            ways: to the links' solids, which come first.
         """
         turns = np.linalg.norm(self._columns()[:, 3:], axis=1) > 0.5
         ends = self._ratios * self.limits[:, self._follows] + self._offsets
         slides = np.where(turns, 0.0, np.abs(ends).max(axis=0))
         begins = [self._data.oMi[n].translation for n in self._moving]  # where none has slid
-        moves = np.zeros((len(ways), len(turns)), dtype=np.bool_)
-        reaches = np.zeros((len(turns), len(ways)))
-        for n, (way, offset, solid) in enumerate(zip(ways, offsets, solids, strict=True)):
-            moves[n, way] = True
-            middle = offset[:3, :3] @ solid.middle + offset[:3, 3]
-            reach = float(np.linalg.norm(middle)) + solid.radius
-            for place in reversed(range(len(way))):
-                joint, inner = way[place], way[max(place - 1, 0)]
-                reaches[joint, n] = reach
-                hop = begins[joint] - begins[inner]
+        moves = np.zeros((len(solids), 2 + len(turns)), dtype=np.bool_)
+        reaches = np.zeros((2 + len(turns), len(solids)))
+        for n, way in enumerate(ways):
+            moves[n, :2] = self.base > 0
+            moves[n, 2:][way] = True
+            middle = offsets[n, :3, :3] @ solids[n].middle + offsets[n, :3, 3]
+            reach = float(np.linalg.norm(middle)) + solids[n].radius
+            for inner, joint in zip([None, *way][-2::-1], way[::-1], strict=True):
+                reaches[2 + joint, n] = reach
+                hop = begins[joint] - (0 if inner is None else begins[inner])
                 reach += float(np.linalg.norm(hop)) + slides[joint]
-        return Joints(moves, turns, reaches)
+            reaches[1, n] = reach
+        return Joints(moves, np.array([False, True, *turns]), reaches)
 
     def _columns(self) -> Array:
         """What moves with the joints that move does at a unit speed of each, (m, 6)."""
@@ -121,12 +146,12 @@ class ExactArm(ExactScene):
         found: Array = self._data.J[:, places].T
         return found
 
-    def _forbidden(self, bodies: Sequence[int]) -> Iterator[tuple[int, int]]:
-        """Pairs that must not touch: links and obstacles, and links that do not move as one, that
-        no joint joins, and that are not told to be allowed to."""
+    def _forbidden(self, joints: Joints) -> Iterator[tuple[int, int]]:
+        """Pairs that must not touch: links and obstacles, and links that no joint joins and that
+        are not told to be allowed to; but for those that do not move as seen from each other."""
         count = len(self.links)
-        for i, j in zip(*np.triu_indices(len(bodies), 1), strict=True):
-            if bodies[i] == bodies[j]:
+        for i, j in zip(*np.triu_indices(len(joints.moves), 1), strict=True):
+            if (joints.moves[i] == joints.moves[j]).all():
                 continue
             if j >= count or not self._links.may_touch(self.links[i], self.links[j]):
                 yield int(i), int(j)
@@ -159,7 +184,7 @@ class ExactArm(ExactScene):
         self.ask_of(always)
         rng = np.random.default_rng(1)
         for q in rng.uniform(*self.limits, (_ALWAYS if always else 0, self.limits.shape[1])):
-            touching = list(self.touching(self.frames(q)))
+            touching = list(self.touching(self.frames(np.array([*_ORIGIN[: self.base], *q]))))
             if touching != always:
                 always = touching
                 self.ask_of(always)
@@ -174,8 +199,14 @@ class ExactArm(ExactScene):
         """Between configurations (d,), by the shorter way where a joint turns for ever."""
         return ExactMotion(self, a, b)
 
+    def base_pose(self, q: Array) -> Any:
+        """Where the base is at a configuration (d,), as a `pinocchio.SE3`."""
+        if not self.base:
+            return self._stands
+        return self._stands * pose_of(q[: self.base], 0.0 if self.base == BASES["planar"] else None)
+
     def frames_at(self, values: Array, rates: Array) -> Frames:
-        """Where joints have values (m,), and change at rates (m,)."""
+        """Where joints on the base have values (m,), and change at rates (m,); in its frame."""
         q = self._neutral.copy()
         for n, value in zip(self._moving, values, strict=True):
             _put(q, self._model.joints[n], value)
@@ -185,19 +216,16 @@ class ExactArm(ExactScene):
         return Frames(poses[:, :3, :3], poses[:, :3, 3], columns[:, :3], columns[:, 3:])
 
     def values(self, q: Array) -> Array:
-        """Of all joints that move, (m,), at a configuration (d,)."""
+        """Of all joints that move on the base, (m,), where the coordinates have values (d,)."""
         found: Array = self._ratios * q[self._follows] + self._offsets
         return found
 
-    def rates(self, step: Array) -> Array:
-        """How fast all joints that move do so, (m,), while the coordinates do by (d,)."""
-        found: Array = self._ratios * step[self._follows]
+    def rates(self, a: Array, b: Array) -> Array:
+        """How fast all joints that move on the base do so, (m,), from values (d,) of the
+        coordinates to others."""
+        ways = [math.remainder(d, 2 * math.pi) for d in b - a]
+        found: Array = self._ratios * np.where(self._links.wraps, ways, b - a)[self._follows]
         return found
-
-    def way(self, a: Array, b: Array) -> Array:
-        """By how much coordinates change between configurations (d,)."""
-        wraps = self._links.wraps
-        return np.where(wraps, [math.remainder(d, 2 * math.pi) for d in b - a], b - a)
 
 
 class ExactMotion:
@@ -205,11 +233,27 @@ class ExactMotion:
 
     def __init__(self, arm: ExactArm, a: Array, b: Array) -> None:
         self._arm = arm
-        self._begin, self._rates = arm.values(a), arm.rates(arm.way(a, b))
-        self.speeds = np.abs(self._rates)
+        self._base = BodyMotion(arm.base_pose(a), arm.base_pose(b))
+        a, b = a[arm.base :], b[arm.base :]
+        self._begin, self._rates = arm.values(a), arm.rates(a, b)
+        self.speeds = np.concatenate([self._base.speeds, np.abs(self._rates)])
 
     def at(self, t: float) -> Frames:
-        return self._arm.frames_at(self._begin + t * self._rates, self._rates)
+        on_base = self._arm.frames_at(self._begin + t * self._rates, self._rates)
+        return carried(self._base.at(t), on_base)
+
+
+def carried(base: Frames, on_base: Frames) -> Frames:
+    """A base, and what is on it, which is told in its frame."""
+    turn, shift = base.turns[1], base.shifts[1]
+    turning = on_base.turning @ turn.T
+    velocities = on_base.velocities @ turn.T + np.cross(shift, turning)
+    return Frames(
+        np.concatenate([base.turns, turn @ on_base.turns[1:]]),
+        np.concatenate([base.shifts, on_base.shifts[1:] @ turn.T + shift]),
+        np.concatenate([base.velocities, velocities]),
+        np.concatenate([base.turning, turning]),
+    )
 
 
 def numbered(links: Sequence[str]) -> list[str]:

@@ -3,11 +3,14 @@ trees as URDF and SRDF files, and rigid bodies."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import trimesh
 from bad_urdfs import collision, joint, link, robot
+from exact_robots import RobotFiles
+from scipy.spatial.transform import Rotation
 
 _KINDS = ("revolute", "revolute", "revolute", "continuous", "continuous", "prismatic", "fixed")
 
@@ -18,10 +21,35 @@ _SPACES = ("se3", "se3", "se2", "r3")
 _BODIES = ("box", "l", "cross", "piano", "mesh", "mesh", "mesh")
 
 
-def made_tree_world(folder: Path, seed: int) -> str:
-    """Writes a kinematic tree and a scene into a folder; returns the environment's text."""
+def made_tree_world(folder: Path, seed: int) -> tuple[str, RobotFiles]:
+    """Writes a kinematic tree and a scene into a folder.
+
+    Returns:
+        The environment's text, and what else is to be known of the robot.
+    """
     rng = np.random.default_rng(seed)
     joints = int(rng.integers(5, 10))
+    movable = _tree(folder, rng, joints)
+    scene = made_scene(folder, rng, (0.0, 0.0, 0.4), 1.0)
+    files = RobotFiles(folder / "robot.urdf")
+    text = f"arm:urdf={files.urdf},scene={scene}"
+    if rng.random() < 0.3:
+        turn = rng.uniform(-3, 3, 3).round(3)
+        place = rng.uniform(-0.2, 0.2, 3).round(3)
+        files = replace(files, stands=(*place, *Rotation.from_euler("xyz", turn).as_quat()))
+        text += f',base="{",".join(map(str, [*place, *turn]))}"'
+    if rng.random() < 0.6:
+        drives = str(rng.choice(["", "", "planar", "floating"]))
+        group = bool(drives) or (len(movable) > 3 and rng.random() < 0.5)
+        files = replace(files, srdf=folder / "robot.srdf", state="there" * group, drives=drives)
+        (folder / "robot.srdf").write_text(_srdf(rng, joints, movable, drives))
+        text += f",srdf={files.srdf}" + ",group=some,state=there" * group
+        text += ',volume="-0.6,-0.6,-0.6,0.6,0.6,0.6"' * bool(drives)
+    return text, files
+
+
+def _tree(folder: Path, rng: np.random.Generator, joints: int) -> list[str]:
+    """Writes robot.urdf; returns the names of the joints that move and mimic no other."""
     lengths = rng.uniform(0.12, 0.3, joints + 1)
     elements = [link("l0", _solid(folder, rng, "l0", lengths[0]))]
     parents: list[int] = []
@@ -41,13 +69,7 @@ def made_tree_world(folder: Path, seed: int) -> str:
         axis = " ".join(f"{x:.3f}" for x in rng.normal(size=3) + [0, 0, 1e-3])
         elements.append(joint(f"j{n}", f"l{parent}", f"l{n}", kind, inside, axis))
     (folder / "robot.urdf").write_text(robot(*elements))
-    scene = made_scene(folder, rng, (0.0, 0.0, 0.4), 1.0)
-    text = f"arm:urdf={folder / 'robot.urdf'},scene={scene}"
-    if rng.random() < 0.6:
-        group = len(movable) > 3 and rng.random() < 0.5
-        (folder / "robot.srdf").write_text(_srdf(rng, joints, [name for name, _ in movable]))
-        text += f",srdf={folder / 'robot.srdf'}" + (",group=some,state=there" if group else "")
-    return text
+    return [name for name, _ in movable]
 
 
 def _mimic(rng: np.random.Generator, name: str, followed: str, kind: str) -> str:
@@ -71,12 +93,17 @@ def _inside(rng: np.random.Generator, length: float, kind: str, beside: bool) ->
     return origin + f'<limit lower="{-most:.4f}" upper="{most:.4f}" effort="1" velocity="1"/>'
 
 
-def _srdf(rng: np.random.Generator, joints: int, movable: list[str]) -> str:
-    """Two pairs of links that may touch; a group of most joints, and where the others stand."""
+def _srdf(rng: np.random.Generator, joints: int, movable: list[str], drives: str) -> str:
+    """Two pairs of links that may touch; a group of most joints, and where the others stand; and
+    how the base moves, if it does."""
     pairs = rng.integers(0, joints + 1, (2, 2))
     lines = [f'<disable_collisions link1="l{a}" link2="l{b}"/>' for a, b in pairs if a != b]
-    moving = rng.permutation(movable)[: max(2, 2 * len(movable) // 3)]
+    moving = list(rng.permutation(movable)[: max(2, 2 * len(movable) // 3)])
     still = [name for name in movable if name not in moving]
+    if drives:
+        ends = 'parent_frame="world" child_link="l0"'
+        lines.append(f'<virtual_joint name="drives" type="{drives}" {ends}/>')
+        moving.append("drives")
     lines += ['<group name="some">', *(f'<joint name="{name}"/>' for name in moving), "</group>"]
     values = [f'<joint name="{name}" value="{rng.uniform(-0.08, 0.08):.3f}"/>' for name in still]
     lines += ['<group_state name="there" group="some">', *values, "</group_state>"]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import coal
 import numpy as np
+import pinocchio
 import pytest
 from coal_shapes import ExactSolid, coal_mesh
 from compared_robots import comparison
@@ -73,7 +74,7 @@ def test_a_body_goes_straight_and_turns_the_short_way() -> None:
     rng = np.random.default_rng(0)
     for turns in Rotation.random(20, rng=rng).as_matrix().reshape(10, 2, 3, 3):
         shifts = rng.normal(size=(2, 3))
-        motion = BodyMotion(turns[0], shifts[0], turns[1], shifts[1])
+        motion = BodyMotion(*map(pinocchio.SE3, turns, shifts))
         between = Slerp([0, 1], Rotation.from_matrix(turns))
         assert motion.speeds[1] == pytest.approx(
             (Rotation.from_matrix(turns[0]).inv() * Rotation.from_matrix(turns[1])).magnitude()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from compared_robots import comparison, of_arm
 from conftest import has_data
-from exact_robots import ExactArm
+from exact_robots import ExactArm, RobotFiles
 from motion_agreement import Agreement
 
 from envs.robots.arm import Arm
@@ -76,7 +76,9 @@ def test_a_mesh_of_several_materials_is_what_its_file_has(tmp_path: Path) -> Non
     scene = tmp_path / "scene.yaml"
     scene.write_text("obstacles:\n  - {cylinder: [0.05, 1.2], position: [0.1, 0.6, 0.6]}")
     files = f"urdf={panda / 'panda.urdf'},srdf={panda / 'panda.srdf'},group=panda_arm"
-    both = of_arm(f"arm:{files},scene={scene}", panda / "panda.urdf", panda / "panda.srdf")
+    both = of_arm(
+        f"arm:{files},scene={scene}", RobotFiles(panda / "panda.urdf", panda / "panda.srdf")
+    )
     q = np.array([2.7165, 1.647, -1.3364, -2.2147, 1.1422, 2.305, -0.2439])
     assert not both.env.collision_model().is_valid(q)
     assert both.exact.touches(both.exact.frames(q))
