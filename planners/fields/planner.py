@@ -166,7 +166,8 @@ class FieldPlanner(LearnedPlanner):
         """Plans in `env` with `net` from now on."""
         self._env = env
         self._scale = Normalizer.of(env)
-        self._lower, self._upper = self._scale.limits(env.lower, env.upper)
+        bounds = (self._scale.normalize(corner) for corner in (env.lower, env.upper))
+        self._lower, self._upper = self._scale.circles.limits(*bounds)
         self._net: Field = net.to(self.device).eval()
         self._one_by_one = isinstance(net, TimeField) and net.inputs is not None
         self._attempts = _attempts(net)[: self._count]
