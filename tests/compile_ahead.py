@@ -12,7 +12,8 @@ import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numba
@@ -21,7 +22,7 @@ import trimesh
 
 import envs
 import planners
-from envs import Problem
+from envs import Environment, Problem
 from envs.compiled import cache_folder
 
 PARTS: tuple[dict[str, Callable[[], None]], ...]
@@ -44,18 +45,43 @@ def _mark(name: str) -> Path:
 
 
 def _meshes() -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "ball.ply"
-        trimesh.creation.icosphere(subdivisions=1).export(file)
-        world = envs.make(f"mesh:file={file}")
-    world.collision_model().segment_is_free(world.upper, 0.9 * world.upper)
+    with _ball() as file:
+        _ask_all(envs.make(f"mesh:file={file}"))
 
 
 def _arms() -> None:
-    world = envs.make("arm4")
+    _ask_all(envs.make("arm4"))
+    # Trees are arms whose links must not touch, with nothing that is compiled for them alone.
+    _ask_all(envs.make("arm5:self_collision=true"))
+
+
+def _bodies() -> None:
+    _ask_all(envs.make("rigid"))
+    with _ball() as file:
+        _ask_all(envs.make(f"rigid:size=1,body={file}"))
+
+
+@contextmanager
+def _ball() -> Iterator[Path]:
+    """A mesh file."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "ball.ply"
+        trimesh.creation.icosphere(subdivisions=1).export(file)
+        yield file
+
+
+def _ask_all(world: Environment) -> None:
+    """All that is asked of a world: by problems, planners, judge and pictures."""
     [problem] = world.sample_problems(1, 0)
-    world.collision_model().segment_is_free(problem.start, problem.goal)
-    assert envs.make("arm5:self_collision=true").fingerprint
+    ends = np.array([problem.start, problem.goal])
+    assert (world.clearance(ends) > 0).all()
+    model = world.collision_model()
+    model.segment_is_free(*ends)
+    model.min_clearance(ends)
+    world.paths_are_free([ends], world.planning_tolerance)
+    world.approximate_clearance(ends)
+    world.robot.trace(ends)
+    assert world.fingerprint
 
 
 def _field_in(env: str) -> Callable[[], None]:
@@ -70,11 +96,15 @@ def _field_in(env: str) -> Callable[[], None]:
 
 
 PARTS = (
-    {"meshes": _meshes, "arms": _arms, "fields of arms": _field_in("arm4")},
-    {"fields": _field_in("c3d"), "fields in rooms": _field_in("gibson-generated")},
+    {"arms": _arms, "bodies": _bodies, "fields of arms": _field_in("arm4")},
+    {
+        "fields": _field_in("c3d"),
+        "meshes": _meshes,
+        "fields in rooms": _field_in("gibson-generated"),
+    },
 )
 
-QUICK = {"meshes", "arms", "fields"}
+QUICK = {"arms", "bodies", "fields", "meshes"}
 """What tests need that are not slow."""
 
 ALL = {name for parts in PARTS for name in parts}
