@@ -91,7 +91,7 @@ def test_the_arm_and_the_scene_it_shows_make_a_world(bench: Cli, tmp_path: Path)
     name = f"arm:urdf={tmp_path / 'arm.urdf'},scene={tmp_path / 'scene.yaml'}"
     world = envs.make(name)
     assert world.dimension == 2
-    assert len(world.obstacles) == 5
+    assert len(world.obstacles) == 6
     planner = planners.make("rrtconnect")
     planner.setup(world, seed=1)
     [problem] = world.sample_problems(1, 0)
