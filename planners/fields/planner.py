@@ -19,7 +19,12 @@ from planners.fields.methods import method, unsupported
 from planners.fields.networks import TimeField
 from planners.fields.path_extraction import Descent, Field, descend, gradients
 from planners.fields.single_query import CompiledField
-from planners.learning.learned_planner import LearnedPlanner, Trained, Training
+from planners.learning.learned_planner import (
+    LearnedPlanner,
+    Trained,
+    Training,
+    unsupported_scenes,
+)
 from planners.learning.normalizer import Normalizer, unsupported_space
 from planners.learning.trainer import filled, learn
 from planners.learning.weight_files import Tensors
@@ -87,7 +92,8 @@ class FieldPlanner(LearnedPlanner):
         self._count = attempts
 
     def unsupported(self, env: Environment) -> str | None:
-        return unsupported_space(env.space) or unsupported(self.name, env)
+        reason = unsupported_scenes(env) or unsupported_space(env.space)
+        return reason or unsupported(self.name, env)
 
     def expected_minutes(self, env: Environment) -> float:
         return method(self.name, env).expected_minutes
