@@ -66,7 +66,7 @@ def link_pairs(
     """
     pairs = no_pairs(len(bodies))
     joined = neighbours(tree, set(links))
-    q = tree.space.sample(stream("self collision"), _SAMPLES)
+    q = _random_configurations(tree)
     for i, j in combinations(range(len(bodies)), 2):
         if bodies[i] == bodies[j] or frozenset((links[i], links[j])) in allowed:
             continue
@@ -78,6 +78,10 @@ def link_pairs(
         for a, b in ((i, j), (j, i)):
             pairs.checked[a, b], pairs.farthest[a, b] = apart > 0, apart
     return pairs
+
+
+def _random_configurations(tree: KinematicTree) -> Array:
+    return tree.space.sample(stream("self collision"), _SAMPLES)
 
 
 def _farthest(

@@ -77,9 +77,9 @@ class RobotArrays(NamedTuple):
 
 
 class Arm:
-    """A robot of links and joints on a fixed base. See `envs.collision.shapes.Robot`.
+    """A robot of links and joints. See `envs.collision.shapes.Robot`.
 
-    The base, which cannot move, is not checked against the obstacles, only against other links.
+    A base that stands still is not checked against the obstacles, only against other links.
 
     Args:
         tree: its kinematics.

@@ -38,9 +38,7 @@ class _Groups:
     def prepare(
         self, env: Environment, seed: int, kept: Path, report: Callable[[float], None]
     ) -> float:
-        space = Space.of(env)
-        self._sampler = GroupSampler(space, self.plan)
-        self._circles = space.circles
+        self._sampler = GroupSampler(Space.of(env), self.plan)
         return 0.0
 
     def draw(self, rng: np.random.Generator) -> Batch:
@@ -53,7 +51,8 @@ class _Groups:
         n = self.plan.starts
         starts, goals = points[:, :n], points[:, n:]
         stretch, at_start, at_goal = net.all_pairs(starts, goals)
-        offset = self._circles.shortest(starts[:, :, None] - goals[:, None]) + 1e-6  # never zero
+        step = starts[:, :, None] - goals[:, None]
+        offset = net.shape.circles.shortest(step) + 1e-6  # never zero
         speeds = torch.stack(
             [
                 log_speed[:, :n, None].expand_as(stretch),
@@ -199,7 +198,6 @@ class LargestSubsolutionInRooms(LargestSubsolution):
         self, env: Environment, seed: int, kept: Path, report: Callable[[float], None]
     ) -> float:
         self._space = Space.of(env)
-        self._circles = self._space.circles
         self._clearances = clearance_map_of(env)
         return 0.0
 

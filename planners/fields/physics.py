@@ -20,7 +20,7 @@ from torch import Tensor
 from envs import Environment
 from envs.problem import Array
 from planners.fields.clearance_field import normalized_clearance
-from planners.learning.circles import Circles
+from planners.learning.circles import NO_CIRCLES, Circles
 from planners.learning.normalizer import Normalizer
 
 
@@ -139,21 +139,19 @@ class Space:
 
     Attributes:
         lower, upper: (d,) corners of what holds all of free space, in the networks' space.
-        limits: between which points are kept, (d,) each: the corners, but where coordinates wrap.
-        circles: which do.
         clearance: (n, d) in the networks' space -> (n,), by d_max of the speed model.
         speed: clearances of any shape, by d_max, to speeds in 0..1.
         least_clearance: by d_max, of points that are drawn at all. In rooms 0: what a field would
             be within walls matters to no path, and is hard to learn.
+        circles: which coordinates wrap.
     """
 
     lower: Array
     upper: Array
-    limits: tuple[Array, Array]
-    circles: Circles
     clearance: Callable[[Array], Array]
     speed: Callable[[Array], Array]
     least_clearance: float = -math.inf
+    circles: Circles = NO_CIRCLES
 
     @staticmethod
     def of(env: Environment) -> Space:
@@ -164,12 +162,16 @@ class Space:
         return Space(
             scale.normalize(free.lower),
             scale.normalize(free.upper),
-            scale.limits(free.lower, free.upper),
-            scale.circles,
             normalized_clearance(env),
             lambda clearance: env.speed_model(clearance * d_max),
             0.0 if env.is_interior else -math.inf,
+            scale.circles,
         )
+
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """Between which points are kept, (d,) each: the corners, but where coordinates wrap."""
+        return self.circles.limits(self.lower, self.upper)
 
     def uniform(self, rng: np.random.Generator, *shape: int) -> Array:
         """Points (*shape, d) anywhere between the corners where they may be drawn."""

@@ -19,7 +19,12 @@ from planners.fields.methods import method, unsupported
 from planners.fields.networks import TimeField
 from planners.fields.path_extraction import Descent, Field, descend, gradients
 from planners.fields.single_query import CompiledField
-from planners.learning.learned_planner import LearnedPlanner, Trained, Training
+from planners.learning.learned_planner import (
+    LearnedPlanner,
+    Trained,
+    Training,
+    unsupported_scenes,
+)
 from planners.learning.normalizer import Normalizer, unsupported_space
 from planners.learning.trainer import filled, learn
 from planners.learning.weight_files import Tensors
@@ -87,7 +92,8 @@ class FieldPlanner(LearnedPlanner):
         self._count = attempts
 
     def unsupported(self, env: Environment) -> str | None:
-        return unsupported_space(env.space) or unsupported(self.name, env)
+        reason = unsupported_scenes(env) or unsupported_space(env.space)
+        return reason or unsupported(self.name, env)
 
     def expected_minutes(self, env: Environment) -> float:
         return method(self.name, env).expected_minutes
@@ -166,7 +172,8 @@ class FieldPlanner(LearnedPlanner):
         """Plans in `env` with `net` from now on."""
         self._env = env
         self._scale = Normalizer.of(env)
-        self._lower, self._upper = self._scale.limits(env.lower, env.upper)
+        bounds = (self._scale.normalize(corner) for corner in (env.lower, env.upper))
+        self._lower, self._upper = self._scale.circles.limits(*bounds)
         self._net: Field = net.to(self.device).eval()
         self._one_by_one = isinstance(net, TimeField) and net.inputs is not None
         self._attempts = _attempts(net)[: self._count]

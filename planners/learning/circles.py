@@ -38,6 +38,14 @@ class Circles:
         """How many numbers `embedded` makes of as many coordinates."""
         return dimension + len(self.places)
 
+    def limits(self, lower: Array, upper: Array) -> tuple[Array, Array]:
+        """Between which configurations are kept, (d,) each, for bounds (d,) of the networks' space:
+        in coordinates that wrap they are not."""
+        low, high = lower.copy(), upper.copy()
+        at = list(self.places)
+        low[at], high[at] = -np.inf, np.inf
+        return low, high
+
     def shortest(self, step: Tensor) -> Tensor:
         """Differences (..., d) of configurations, the short way where coordinates wrap."""
         if not self.places:

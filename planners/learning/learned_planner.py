@@ -75,6 +75,14 @@ class Trained:
     validation: list[list[float]] = field(default_factory=list)
 
 
+def unsupported_scenes(env: Environment) -> str | None:
+    """Why a planner with weights for one scene cannot plan where each problem has its own, or None
+    where all have one."""
+    if not env.scenes_differ:
+        return None
+    return "it has weights for one scene, and here each problem has its own; choose one, scene=1"
+
+
 class LearnedPlanner(Planner):
     """The contract of a planner that is trained first. Besides `solve`, a subclass implements
     `train`, `expected_minutes`, `fitted` and `load`.
@@ -130,10 +138,11 @@ class LearnedPlanner(Planner):
         self._weights = weights
 
     def unsupported(self, env: Environment) -> str | None:
-        """By default a reason where the configuration space is not R^n: a network that takes the
-        numbers of a configuration as they are knows nothing of angles that wrap and rotations."""
+        """By default a reason where problems have scenes of their own, and where the configuration
+        space is not R^n: a network that takes the numbers of a configuration as they are knows
+        nothing of angles that wrap and rotations."""
         if env.space.is_flat:
-            return None
+            return unsupported_scenes(env)
         return f"its network is for R^n, without angles that wrap or rotations as in {env.space}"
 
     def weights_file(self, env: Environment) -> Path | None:

@@ -59,14 +59,6 @@ class Normalizer:
         grown: Array = x * self.extent + self.middle
         return self.space.wrapped(grown)
 
-    def limits(self, lower: Array, upper: Array) -> tuple[Array, Array]:
-        """Between which configurations are kept in the networks' space, (d,) each, for bounds
-        (d,): coordinates that wrap are not."""
-        return (
-            np.where(self.space.wraps, -np.inf, self.normalize(lower)),
-            np.where(self.space.wraps, np.inf, self.normalize(upper)),
-        )
-
 
 def obstacle_point_cloud(env: Environment) -> Array:
     """Surface points (n, 3) of an environment's obstacles: of point robots' in the networks' space,

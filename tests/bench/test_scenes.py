@@ -157,6 +157,13 @@ def test_pages_and_pictures_show_the_scene_of_the_problem(bench: Cli, tmp_path: 
     assert bench("show", "--env", "many", "--paths", tmp_path, "--out", file)[0] == 0
 
 
+@pytest.mark.parametrize("name", ["ntfields", "ief3d", "eikonet", "mpnet"])
+def test_planners_with_weights_for_a_scene_say_so(name: str, many: Environment) -> None:
+    reason = planners.make(name).unsupported(many)
+    assert reason is not None
+    assert "scene" in reason
+
+
 def test_test_planner_tries_it_in_the_scenes(bench: Cli) -> None:
     code, out, _ = bench("test-planner", "straight", "--env", "many")
     assert code == 0, out

@@ -221,6 +221,20 @@ def test_a_base_without_a_turn_and_one_of_a_moving_frame(folder: Path) -> None:
     assert pose[body, :3, 3] == pytest.approx([1, 2.5, 3])
 
 
+def test_a_robot_may_be_a_single_link_that_floats(folder: Path) -> None:
+    """As the frame of a drone: its URDF has no joints at all."""
+    (folder / "body.urdf").write_text(robot(link("body", BODY)))
+    (folder / "scene.yaml").write_text("obstacles: [{sphere: 0.1, position: [0.5, 0, 0.5]}]")
+    with_scene = f"joints=float,{IN_VOLUME},scene={folder / 'scene.yaml'}"
+    env = made(folder, with_scene, "body.urdf")
+    assert str(env.space) == "R^3 x SO(3)"
+    turned = [0, 0, math.sin(math.pi / 4), math.cos(math.pi / 4)]
+    q = np.array([[0, 0, 0.5, 0, 0, 0, 1], [0, 0, 0.5, *turned]])
+    assert env.clearance(q) == pytest.approx([0.5 - 0.2 - 0.1, 0.5 - 0.15 - 0.1], abs=1e-6)
+    with pytest.raises(InputError, match="has no joints"):
+        made(folder, "", "body.urdf")
+
+
 BAD = {
     "group=floating": "joint 'float/trans_x' has no limits; say between which corners it moves, "
     'volume="X,Y,Z,X,Y,Z", or which joints move instead',

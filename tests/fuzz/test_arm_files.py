@@ -13,6 +13,7 @@ from mutations import contents
 
 from envs.collision.shapes import PlacedShape
 from envs.robots.arm import Part
+from envs.robots.base_placement import BasePlacement
 from envs.robots.kinematic_tree import KinematicTree
 from envs.robots.planning_group import PlanningGroup
 from envs.robots.srdf import read_srdf
@@ -47,6 +48,12 @@ URDFS = (
         joint("bc", "b", "c", inside='<mimic joint="ab" multiplier="-2"/>', axis="0 0.7 -0.7"),
         '<transmission name="t"><type>x</type><joint name="ab"/></transmission>',
     ),
+    robot(
+        *(link("world", ""), link("body"), link("arm"), link("tool", "")),
+        joint("float", "world", "body", "floating", '<origin rpy="0 0 1"/>' + LIMIT),
+        joint("turn", "body", "arm", inside='<limit lower="-1e16" upper="1e16"/>', axis="0 1 0"),
+        joint("held", "arm", "tool", "fixed", ""),
+    ),
 )
 
 TREE = robot(
@@ -66,6 +73,14 @@ SRDFS = (
     <disable_collisions link1="left" link2="right" reason="Never"/>
     <disable_default_collisions link="hand"/><enable_collisions link1="hand" link2="base"/>
     </robot>""",
+    """<robot name="arm"><group name="all"><joint name="in_world"/><joint name="arm"/></group>
+    <virtual_joint name="in_world" type="planar" parent_frame="odom" child_link="world"/>
+    <group_state name="up" group="all"><joint name="drive" value="0.5 1 -2"/></group_state></robot>
+    """,
+    """<robot name="arm"><group name="all"><joint name="arm"/></group>
+    <virtual_joint name="in_world" type="floating" parent_frame="odom" child_link="world"/>
+    <group_state name="up" group="all"><joint name="in_world" value="0 0 1 0 0 0.6 0.8"/>
+    <joint name="drive" value="0.5 1 -2"/></group_state></robot>""",
 )
 
 SCENES = (
@@ -119,7 +134,7 @@ def test_urdfs(folder: Path) -> None:
         assert chain.dimension > 0
         for one in chain.joints:
             assert np.isfinite(one.origin).all()
-            assert np.linalg.norm(one.axis) == pytest.approx(1)
+            assert np.linalg.norm(one.axis) == pytest.approx(0 if one.spherical else 1)
             assert -np.inf < one.lower < one.upper < np.inf
         assert any(part.body > 0 for part in parts)
         for part in parts:
@@ -135,12 +150,16 @@ def test_srdfs(folder: Path) -> None:
     def parse(content: bytes) -> tuple[KinematicTree, frozenset[frozenset[str]]]:
         file.write_bytes(content)
         srdf = read_srdf(file)
-        tree, _ = read_urdf(folder / "arm.urdf", PlanningGroup(srdf, "all", state="up"))
+        group = PlanningGroup(srdf, "all", state="up")
+        placement = BasePlacement.of_numbers((), (-1, -1, 0, 1, 1, 1))
+        tree, _ = read_urdf(folder / "arm.urdf", group, placement=placement)
         return tree, srdf.allowed([one.name for one in tree.links])
 
     def check(found: tuple[KinematicTree, frozenset[frozenset[str]]]) -> None:
         tree, allowed = found
-        assert 0 < tree.dimension <= 5
+        assert 0 < tree.dimension <= 11
+        for one in tree.links:
+            assert one.offset[:3, :3] @ one.offset[:3, :3].T == pytest.approx(np.eye(3), abs=1e-9)
         assert all(len(pair) <= 2 for pair in allowed)
 
     fuzzed("SRDFs", contents(SRDFS), parse, check)

@@ -78,7 +78,8 @@ def test_the_networks_space_of_one_that_wraps() -> None:
     q = np.array([[1.0, -2.0, 3.0]])
     turned = scale.normalize(q) + [0, 0, 3 * scale.circles.period]
     assert scale.denormalize(turned) == pytest.approx(q)
-    lower, upper = scale.limits(env.lower, env.upper)
+    bounds = (scale.normalize(corner) for corner in (env.lower, env.upper))
+    lower, upper = scale.circles.limits(*bounds)
     assert lower.tolist() == [-0.5, -0.5, -np.inf]
     assert upper.tolist() == [0.5, 0.5, np.inf]
 
@@ -86,7 +87,8 @@ def test_the_networks_space_of_one_that_wraps() -> None:
 def test_that_of_a_plain_space_has_no_circles(c3d: Environment) -> None:
     scale = Normalizer.of(c3d)
     assert scale.circles is NO_CIRCLES
-    assert [end.tolist() for end in scale.limits(c3d.lower, c3d.upper)] == [[-0.5] * 3, [0.5] * 3]
+    lower, upper = np.full((2, 3), [[-0.5], [0.5]])
+    assert [end.tolist() for end in NO_CIRCLES.limits(lower, upper)] == [[-0.5] * 3, [0.5] * 3]
 
 
 @pytest.mark.parametrize(

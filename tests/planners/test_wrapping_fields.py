@@ -163,19 +163,19 @@ def test_training_pairs_are_drawn_across_the_bounds() -> None:
 
 def test_losses_measure_the_short_way() -> None:
     """With the field of speed 1, T from one side of the bounds to the other is the way between."""
-    objective, env = LargestSubsolution(), OnePart()
-    objective.prepare(env, 0, Path(), lambda share: None)
-    period = Space.of(env).circles.period
+    period = 0.7
     points = torch.zeros(1, 6, 3)
     points[0, :3, 2], points[0, 3:, 2] = 0.49 * period, -0.49 * period
 
     class Flat(nn.Module):
+        shape = FieldShape(3, circles=Circles((2,), period))
+
         def all_pairs(self, starts: Tensor, goals: Tensor) -> tuple[Tensor, Tensor, Tensor]:
             shape = (len(starts), starts.shape[1], goals.shape[1])
             return torch.zeros(shape), torch.zeros(*shape, 3), torch.zeros(*shape, 3)
 
     batch = points, torch.zeros(1, 6)
-    errors, _, _, distance = objective._errors(Flat(), batch)  # type: ignore[arg-type]
+    errors, _, _, distance = LargestSubsolution()._errors(Flat(), batch)  # type: ignore[arg-type]
     assert distance.numpy() == pytest.approx(0.02 * period, abs=1e-5)
     assert errors.abs().max() < 1e-5
 
