@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import compile_ahead
+import hypothesis
 import imported_modules
 import pandas as pd
 import planners_that_fail
@@ -39,6 +40,9 @@ def pytest_configure() -> None:
     # Tests run side by side, one on a core: threads that spin while they wait for another's core
     # would take minutes. Set before anything that has threads is imported.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    # What takes longer than usual on a busy machine is no failure.
+    hypothesis.settings.register_profile("patient", deadline=None)
+    hypothesis.settings.load_profile("patient")
     # For all that tests start, also where they choose another folder for the user's cache.
     kept = platformdirs.user_cache_path("plannerbench") / "compiled"
     os.environ.setdefault("NUMBA_CACHE_DIR", str(kept))

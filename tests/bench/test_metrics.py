@@ -124,13 +124,15 @@ def test_a_path_across_pi_is_short_and_straight() -> None:
     assert heading.contains(middles).all()
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(2, 6), st.sampled_from([0.5, 0.01, 1e-5]))
+@given(st.integers(0, 2**32 - 1), st.integers(2, 6), st.sampled_from([0.5, 0.01, 1e-4]))
 def test_pieces_are_on_the_way_in_turning_spaces(seed: int, count: int, spacing: float) -> None:
     """And what is left of a path of many pieces, too: each begins where the last one ends."""
     space = Space([Coordinates([-1] * 2, [1] * 2), Rotations(weight=0.3)])
     path = space.sample(np.random.default_rng(seed), count)[[0, *range(count), count - 1]]
-    middles, lengths = pieces(space, path, spacing)
-    assert len(middles) <= MOST_PIECES
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(path_numbers, "MOST_PIECES", 3000)  # which takes less time
+        middles, lengths = pieces(space, path, spacing)
+    assert len(middles) <= 3000
     assert lengths.sum() == pytest.approx(space.length(path))
     apart = (lengths[:-1] + lengths[1:]) / 2
     assert (space.distance(middles[:-1], middles[1:]) <= apart + 1e-9).all()

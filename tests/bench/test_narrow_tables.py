@@ -87,6 +87,7 @@ def printed(columns: int, *arguments: object) -> str:
     return text.decode().replace("\r\n", "\n")
 
 
+@pytest.mark.slow
 def test_a_narrow_terminal_gets_fewer_columns_and_wide_all(folder: Path) -> None:
     narrow = printed(80, "report", folder)
     tables = [line for line in narrow.split("\n") if line.startswith("|")]

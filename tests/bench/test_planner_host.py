@@ -258,7 +258,9 @@ def test_it_is_asked_by_many_threads_and_ends_with_the_context(
     assert os.getpid() in imported_by(file.parent)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)]
+)
 def test_it_ends_with_a_command_that_ends_while_a_file_is_imported(
     tmp_path: Path, number: signal.Signals
 ) -> None:

@@ -109,8 +109,12 @@ def failed(name: str) -> dict[str, str]:
         ("MovesObstacles", "inputs", "changed the environment's definition"),
         ("Chance", "repeatable", "another path"),
         ("Remembers", "repeatable", "another path"),
-        ("LeavesThreads", "rest", "left running after `solve`: thread"),
-        ("WorksOn", "rest", "left running after `solve`: thread"),
+        pytest.param(
+            *("LeavesThreads", "rest", "left running after `solve`: thread"), marks=pytest.mark.slow
+        ),
+        pytest.param(
+            *("WorksOn", "rest", "left running after `solve`: thread"), marks=pytest.mark.slow
+        ),
         ("KeepsThreads", "threads", "more threads"),
         ("UnpinsTorch", "threads", "lets PyTorch use 4 threads"),
     ],

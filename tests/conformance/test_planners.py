@@ -78,7 +78,8 @@ def test_a_goal_may_be_where_the_start_is(planner: Planner, c3d: Environment) ->
     for far in (True, False):
         place = q[(clearance > 0.6) if far else (clearance > 0.004) & (clearance < 0.018)][0]
         problem = Problem(place, place.copy())
-        result = planner.solve(problem, Budget(perf_counter() + 3))
+        # Near obstacles some find nothing, however long they search.
+        result = planner.solve(problem, Budget(perf_counter() + (3 if far else 0.5)))
         if far:
             assert result.status is Status.EXACT_SOLUTION
         if result.status is Status.EXACT_SOLUTION:
