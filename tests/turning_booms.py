@@ -36,18 +36,23 @@ class BoomWorld(ArmWorld):
 
 def boom_world(folder: Path, scene: int = 0) -> BoomWorld:
     """A scene, whose robot is written to a folder."""
-    boom = collision('<box size="0.5 0.05 0.05"/>', '<origin xyz="0.25 0 0"/>')
     hand = collision('<box size="0.16 0.04 0.04"/>', '<origin xyz="0.12 0 0"/>')
     bent = '<origin xyz="0.5 0 0"/><limit lower="-1.5" upper="1.5" effort="1" velocity="1"/>'
-    (folder / "boom.urdf").write_text(
-        robot(
-            *(link("base", ""), link("boom", boom), link("hand", hand)),
-            joint("turn", "base", "boom", "continuous", "", "0 0 1"),
-            joint("bend", "boom", "hand", "revolute", bent, "0 1 0"),
-        )
-    )
+    bends = joint("bend", "boom", "hand", "revolute", bent, "0 1 0")
+    return BoomWorld(_boom(folder, link("hand", hand), bends), scene)
+
+
+def turntable(folder: Path) -> BoomWorld:
+    """The same without a hand: one joint."""
+    return BoomWorld(_boom(folder), 0)
+
+
+def _boom(folder: Path, *more: str) -> Arm:
+    boom = collision('<box size="0.5 0.05 0.05"/>', '<origin xyz="0.25 0 0"/>')
+    turns = joint("turn", "base", "boom", "continuous", "", "0 0 1")
+    (folder / "boom.urdf").write_text(robot(link("base", ""), link("boom", boom), turns, *more))
     tree, parts = read_urdf(folder / "boom.urdf")
-    return BoomWorld(Arm(tree, parts, True), scene)
+    return Arm(tree, parts, True)
 
 
 def _at(angle: float, out: float) -> np.ndarray:

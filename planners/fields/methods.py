@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import torch
@@ -16,6 +17,7 @@ from planners.fields.layers import FieldShape
 from planners.fields.networks import TimeField, occupancy
 from planners.fields.objectives import (
     LargestSubsolution,
+    LargestSubsolutionAround,
     LargestSubsolutionInRooms,
     Regression,
     SpeedRegression,
@@ -206,6 +208,9 @@ _IN_MORE_DIMENSIONS: dict[str, Method] = {
 }
 """What is done otherwise where a grid as fine as in three dimensions would be too large."""
 
+_AROUND: dict[Any, Any] = {LargestSubsolution: LargestSubsolutionAround}
+"""What methods are trained on instead where coordinates wrap."""
+
 _FOR_POINTS = ("ntfields-wenc", "ntfields-wenc-early", "ntfields-paper")
 """Methods whose learned w-space encoder looks about one point."""
 
@@ -227,11 +232,14 @@ def method(name: str, env: Environment) -> Method:
     """
     if name not in METHODS:
         raise InputError(f"no time field is called {name!r}; choose from {', '.join(METHODS)}")
+    found = METHODS[name]
     for fits, special in (
-        (env.is_interior and env.is_point_robot, IN_ROOMS),
-        (env.link_geometry is not None, FOR_ARMS),
         (env.dimension > 3, _IN_MORE_DIMENSIONS),
+        (env.link_geometry is not None, FOR_ARMS),
+        (env.is_interior and env.is_point_robot, IN_ROOMS),
     ):
-        if fits and name in special:
-            return special[name]
-    return METHODS[name]
+        if fits:
+            found = special.get(name, found)
+    if env.space.wraps.any():
+        found = replace(found, objective=_AROUND.get(found.objective, found.objective))
+    return found

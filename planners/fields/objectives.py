@@ -25,6 +25,7 @@ from planners.fields.physics import (
     log_slowness_error,
     steepness_along,
     subsolution_loss,
+    with_bounded_slack,
 )
 from planners.learning.training_loop import Batch, Objective, as_float32, ramp
 
@@ -102,6 +103,23 @@ class LargestSubsolution(_Groups):
         pull = self.pull[0] + u * (self.pull[1] - self.pull[0])
         slack = self.slack_weight[0] * (self.slack_weight[1] / self.slack_weight[0]) ** u
         return pull, slack
+
+
+@dataclass
+class LargestSubsolutionAround(LargestSubsolution):
+    """`LargestSubsolution` where coordinates wrap.
+
+    The distance of two places falls again beyond half a turn, and so does an untrained T, up to
+    whatever is in the way: a subsolution there, but not the largest, which rises all the way round.
+    Between the two are fields that do not rise at all, and equation 4 would have these cost
+    without bound. So slack costs no more than 1, and T is pulled up by more.
+    """
+
+    pull: tuple[float, float] = (1.0, 0.07)
+
+    def _errors(self, net: TimeField, batch: Batch) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        errors, log_speeds, stretch, distance = super()._errors(net, batch)
+        return with_bounded_slack(errors), log_speeds, stretch, distance
 
 
 @dataclass

@@ -13,6 +13,7 @@ from planners.fields.physics import (
     log_slowness_error,
     predicted_speed,
     subsolution_loss,
+    with_bounded_slack,
 )
 
 
@@ -109,3 +110,14 @@ def test_near_pairs_are_pulled_in_proportion_to_their_distance() -> None:
         -loss(no_error, stretch, torch.tensor([d]), pull=1.0, slack=0.1) for d in (0.125, 0.25, 1)
     ]
     assert pulled == pytest.approx([0.5, 1, 1])
+
+
+def test_bounded_slack_costs_at_most_1_and_steepness_what_it_did() -> None:
+    slow = torch.tensor([1.0, 0.9, 0.5, 0.01, 0.0], dtype=torch.float64)  # S* |grad T|
+    nothing = torch.zeros(1, dtype=torch.float64)
+    for steepness in slow:
+        error = with_bounded_slack(steepness.clamp_min(1e-12).log())[None]
+        cost = loss(error, nothing, nothing, pull=0.0, slack=1.0)
+        assert cost == pytest.approx(1 - steepness.item(), abs=1e-9)
+    steep = torch.linspace(0.01, 3, 50, dtype=torch.float64)
+    assert torch.equal(with_bounded_slack(steep), steep)
