@@ -40,7 +40,7 @@ def prepared(method: Method, env: Environment, file: Path) -> Objective:
         return objective
     elif isinstance(inner, Imitation):
         inner.scenes, inner.samples, inner.points = 2, 4, 16
-        inner._turns, inner._clouds = np.eye(3)[None], [rng.random((50, 3))]
+        inner._turns, inner._clouds = [(np.eye(3), np.eye(3))], [rng.random((50, 3))]
         inner._paths = [_Paths(rng.random((4, 3)), np.full(4, 3))]
         return objective
     else:
