@@ -109,7 +109,7 @@ class Clock:
 
 
 def set_up_of(message: Message, path: Array | None, clock: Clock) -> SetUp:
-    """What a worker says of setting up.
+    """What a worker says of setting up, or of getting ready for a problem's scene.
 
     Raises:
         ValueError, KeyError, TypeError: it makes no sense.
@@ -120,15 +120,6 @@ def set_up_of(message: Message, path: Array | None, clock: Clock) -> SetUp:
     seconds, _note = clock.bounded(message["setup_s"])
     train_s = _amount(message.get("train_s")) or 0.0
     return SetUp(fault, storable(message["error"]), seconds, train_s)
-
-
-def scene_of(message: Message, path: Array | None, clock: Clock) -> SetUp:
-    """What a worker says of getting ready for a problem's scene; the same as of setting up.
-
-    Raises:
-        ValueError, KeyError, TypeError: it makes no sense.
-    """
-    return set_up_of({**message, "setup_s": message["scene_s"]}, path, clock)
 
 
 def attempt_of(message: Message, path: Array | None, clock: Clock) -> Attempt:

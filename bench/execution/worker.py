@@ -134,7 +134,7 @@ class _Ready:
         timed, scene = _Timed(connection), self.env.scene_of(problem)
         another = scene is not self.scene
         self.scene = None
-        fault, error = None, ""
+        status, error = None, ""
         try:
             with timed:
                 if another:
@@ -142,15 +142,11 @@ class _Ready:
                 wait_for_devices()
             self.scene = scene
         except MemoryError:
-            fault, error = Fault.OUT_OF_MEMORY, _told()
+            status, error = Fault.OUT_OF_MEMORY.value, _told()
         except (Exception, SystemExit):  # noqa: BLE001  a planner may fail in any way
-            fault, error = Fault.ERROR, _told()
-        return {
-            "status": None if fault is None else fault.value,
-            "error": error,
-            "scene_s": timed.seconds,
-            "ends": fault is Fault.OUT_OF_MEMORY,
-        }
+            status, error = Fault.ERROR.value, _told()
+        ends = status == Fault.OUT_OF_MEMORY.value
+        return {**_said_of_setup(timed, status, error), "ends": ends}
 
 
 def _problem(request: protocol.Message) -> Problem:

@@ -9,16 +9,7 @@ from time import monotonic
 from typing import Any, TypeVar
 
 from bench.execution import protocol
-from bench.execution.answers import (
-    Attempt,
-    Clock,
-    Exchange,
-    SetUp,
-    attempt_of,
-    scene_of,
-    set_up_of,
-    storable,
-)
+from bench.execution.answers import Attempt, Clock, Exchange, SetUp, attempt_of, set_up_of, storable
 from bench.execution.child_process import ChildProcess
 from bench.execution.launch import ONE_THREAD
 from bench.storage.record import Fault
@@ -100,7 +91,7 @@ class WorkerProcess:
         """Has the planner get ready for the scene of a problem. After `CRASH`, `KILLED` or
         `OUT_OF_MEMORY` the process is gone."""
         try:
-            return self._ask({"asked": protocol.SCENE, **_said(problem)}, limit_s, scene_of)
+            return self._ask({"asked": protocol.SCENE, **_said(problem)}, limit_s, set_up_of)
         except _LostError as lost:
             return SetUp(lost.fault, lost.why, lost.spent_s)
 

@@ -47,6 +47,25 @@ class Judgement:
     contact: Contact | None = None
 
 
+class SceneModels:
+    """Collision models of the scenes that problems live in, of which the last is kept.
+
+    Args:
+        env: whose problems these are.
+    """
+
+    def __init__(self, env: Environment) -> None:
+        self._env = env
+        self._last: tuple[Environment, CollisionModel] | None = None
+
+    def of(self, problem: Problem) -> CollisionModel:
+        """That of a problem's scene."""
+        scene = self._env.scene_of(problem)
+        if self._last is None or self._last[0] is not scene:
+            self._last = scene, scene.collision_model()
+        return self._last[1]
+
+
 class Judge:
     """Judges paths in one environment, each within a budget that is counted, not timed, so that
     verdicts are the same on every machine. Paths that planners find on the way from start to goal
@@ -57,27 +76,17 @@ class Judge:
     """
 
     def __init__(self, env: Environment) -> None:
-        self._env = self._scene = env
+        self._env = env
         self._space = env.space
-        self._made: CollisionModel | None = None
+        self._models = SceneModels(env)
 
     def scene_of(self, problem: Problem) -> Environment:
         """The environment in which it judges paths of a problem."""
-        scene = self._env.scene_of(problem)
-        if scene is not self._scene:
-            self._scene, self._made = scene, None
-        return scene
-
-    @property
-    def _model(self) -> CollisionModel:
-        """Of the scene that was asked for last."""
-        if self._made is None:
-            self._made = self._scene.collision_model()
-        return self._made
+        return self._env.scene_of(problem)
 
     def __call__(self, problem: Problem, claimed: Array | None) -> Judgement:
         """The verdict on a path (k, d) claimed for `problem`."""
-        self.scene_of(problem)
+        model = self._models.of(problem)
         try:
             path = Path(claimed).waypoints  # type: ignore[arg-type]  # whatever was claimed
         except ValueError as error:
@@ -101,13 +110,13 @@ class Judge:
         too_long = self._too_long(path, length)
         if too_long:
             return Judgement(Verdict.NOT_JUDGED, too_long, len(path), length)
-        most_queries = self._most_queries(length)
+        most_queries = self._most_queries(model, length)
         try:
-            margin = self._model.min_clearance(path, most_queries)
+            margin = model.min_clearance(path, most_queries)
         except UndecidedError:
             reason = f"{most_queries} configurations on it do not decide whether it is free"
             return Judgement(Verdict.NOT_JUDGED, reason, len(path), length)
-        if margin <= self._model.tolerance:
+        if margin <= model.tolerance:
             return Judgement(Verdict.COLLISION, "not proved free of collision", len(path), length)
         return Judgement(Verdict.VALID, "", len(path), length, margin)
 
@@ -119,7 +128,7 @@ class Judge:
         if judgement.verdict is not Verdict.COLLISION:
             return judgement
         path = Path(claimed).waypoints  # type: ignore[arg-type]  # it has been looked at
-        contact = first_contact(self.scene_of(problem), self._model, path)
+        contact = first_contact(self.scene_of(problem), self._models.of(problem), path)
         return replace(judgement, reason=f"{judgement.reason}: {contact}", contact=contact)
 
     def _too_long(self, path: Array, length: float) -> str:
@@ -130,11 +139,11 @@ class Judge:
             return f"it is longer than {MOST_DIAGONALS:g} times the diagonal of the bounds"
         return ""
 
-    def _most_queries(self, length: float) -> int:
+    def _most_queries(self, model: CollisionModel, length: float) -> int:
         """Twice what decides about a path that keeps just above the tolerance all the way, up to
         some number; see `path_min_clearance`."""
         robot = self._env.robot
-        enough = 2 * (FIRST_QUERIES + 2 * robot.rate_bound * length / self._model.tolerance)
+        enough = 2 * (FIRST_QUERIES + 2 * robot.rate_bound * length / model.tolerance)
         most = max(_MOST_QUERIES // max(robot.moving, 1), 2 * FIRST_QUERIES)
         return int(min(enough, most))
 
@@ -146,13 +155,9 @@ BLOCKED, FREE = "B", "F"
 def straight_lines(env: Environment, problems: Sequence[Problem]) -> str:
     """Of each problem whether its straight line is BLOCKED or FREE, by the check that the judge
     has, at its tolerance."""
-    scene, model, found = env, env.collision_model(), ""
-    for problem in problems:
-        if env.scene_of(problem) is not scene:
-            scene = env.scene_of(problem)
-            model = scene.collision_model()
-        found += FREE if model.segment_is_free(problem.start, problem.goal) else BLOCKED
-    return found
+    models = SceneModels(env)
+    free = (models.of(p).segment_is_free(p.start, p.goal) for p in problems)
+    return "".join(FREE if is_free else BLOCKED for is_free in free)
 
 
 def share_blocked(letters: str) -> float:

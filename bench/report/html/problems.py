@@ -15,12 +15,12 @@ import pandas as pd
 import envs
 from bench.analysis.run_results import RunResults
 from bench.judging.contact import first_contact
+from bench.judging.judge import SceneModels
 from bench.report import formatting
 from bench.report.html.geometry import Scene
 from bench.report.postures import drawable
 from bench.storage.record import NOT_ATTEMPTED, Verdict, decode_path
 from envs import Environment, InputError, Problem
-from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 
 
@@ -177,7 +177,7 @@ class _Shown(_Plain):
         super().__init__(problem_set, shown)
         self._world, self._scene = world, Scene(world)
         self._ends = self._known_ends()
-        self._made: tuple[Environment, CollisionModel] | None = None
+        self._models = SceneModels(world)
 
     def data(self, why: str = "") -> dict[str, Any]:
         data = {**super().data(why), "scene": self._scene.data()}
@@ -185,7 +185,8 @@ class _Shown(_Plain):
             start, goal = self._scene.points(self._ends[number])
             problem.update(start=start.tolist(), goal=goal.tolist())
             if self._world.scenes_differ:
-                problem["obstacles"] = self._scene.obstacles(self._scene_of(number))
+                scene = self._world.scene_of(self._problem(number))
+                problem["obstacles"] = self._scene.obstacles(scene)
         return data
 
     def _known_ends(self) -> dict[int, Array]:
@@ -213,17 +214,13 @@ class _Shown(_Plain):
             return attempt
         attempt["drawn"] = self._scene.drawn(path)
         if row["verdict"] == Verdict.COLLISION.value:
-            scene = self._scene_of(row["problem"])
-            found = first_contact(scene, self._model_of(scene), path)
+            problem = self._problem(row["problem"])
+            scene = self._world.scene_of(problem)
+            found = first_contact(scene, self._models.of(problem), path)
             drawn = self._scene.drawn(found.configuration[None])
             attempt["contact"] = {"share": found.share, "text": found.text, "drawn": drawn}
         return attempt
 
-    def _scene_of(self, number: int) -> Environment:
+    def _problem(self, number: int) -> Problem:
         start, goal = self._ends[number]
-        return self._world.scene_of(Problem(start, goal, number))
-
-    def _model_of(self, scene: Environment) -> CollisionModel:
-        if self._made is None or self._made[0] is not scene:
-            self._made = scene, scene.collision_model()
-        return self._made[1]
+        return Problem(start, goal, number)
