@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from envs.collision import shapes
 from envs.collision.mesh import queries
 from envs.collision.shapes import Mesh
 from envs.problem import Array
@@ -58,10 +59,8 @@ def _hull(mesh: Mesh) -> Hull:
     rounding = _ROUNDING * float(np.abs(mesh.vertices).max())
     try:
         whole = ConvexHull(mesh.vertices)
-    except QhullError:  # flat, a line or a point: the box about it
-        low, high = mesh.bounds
-        sides = np.stack(np.meshgrid(*np.stack([low, high], axis=1)), axis=-1)
-        return Hull(sides.reshape(-1, 3), rounding, is_surface=False)
+    except QhullError:  # flat, a line or a point
+        return _box(mesh, rounding)
     corners = mesh.vertices[whole.vertices]
     if len(corners) <= _MOST_CORNERS:
         area, volume = _area_and_volume(mesh)
@@ -69,9 +68,18 @@ def _hull(mesh: Mesh) -> Hull:
         same = same and math.isclose(volume, whole.volume, rel_tol=_SAME)
         return Hull(corners, rounding, is_surface=same)
     few = corners[np.unique((corners @ _directions().T).argmax(axis=0))]
-    core = Mesh(few, ConvexHull(few).simplices)
+    try:
+        core = shapes.ConvexHull.of_points(few)
+    except ValueError:  # nearly flat, and of these corners flat
+        return _box(mesh, rounding)
     beyond = float(queries(core).distance(corners).max())  # of all corners, none lies within it
     return Hull(few, beyond * (1 + _ROUNDING) + rounding, is_surface=False)
+
+
+def _box(mesh: Mesh, rounding: float) -> Hull:
+    """That of the box about a mesh."""
+    sides = np.stack(np.meshgrid(*np.stack(mesh.bounds, axis=1)), axis=-1)
+    return Hull(sides.reshape(-1, 3), rounding, is_surface=False)
 
 
 def _area_and_volume(mesh: Mesh) -> tuple[float, float]:

@@ -105,10 +105,11 @@ def _take_triangle(trees: Any, leaf: int, row: Any) -> None:
 
 @njit_cached
 def mesh_to_mesh(
-    trees: Any, root: int, others: Any, other_root: int, pose: Any, most: float
+    trees: Any, root: int, others: Any, other_root: int, pose: Any, most: float, enough: float
 ) -> float:
     """A lower bound of the distance between the surfaces of two meshes, the other one at a pose
-    (3, 4) in the frame of the first; or `most`, if it is no less. See `solid_to_mesh`."""
+    (3, 4) in the frame of the first; or `most`, if it is no less; or that of some triangles, as
+    soon as it is no more than `enough`. See `solid_to_mesh`."""
     triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
     nodes = np.empty((2 * _DEEPEST, 2), dtype=np.int64)
     bounds = np.empty(2 * _DEEPEST)
@@ -117,7 +118,7 @@ def mesh_to_mesh(
     waiting, least = 1, most
     # Depth first, the nearer half first. No triangles of two nodes are nearer than the nodes are,
     # so that pairs which are no nearer than what was found can be left out.
-    while waiting and least > 0.0:
+    while waiting and least > enough:
         waiting -= 1
         if bounds[waiting] >= least:
             continue

@@ -113,20 +113,30 @@ def _surface_separation(
     a: Any, i: int, pose: Any, b: Any, j: int, other: Any, at: Any, row: Any, most: float
 ) -> float:
     """The `separation` of two shapes of which one is a mesh or both are, by their surfaces."""
-    here, there, between = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
     if a.roots[i] >= 0 and b.roots[j] >= 0:
-        compose(pose, a.poses[i], here)
-        _undo(here, between)
-        compose(at, b.poses[j], there)
-        compose(between, there, here)
-        return float(mesh_to_mesh(a.trees, a.roots[i], b.trees, b.roots[j], here, most))
+        return meshes_apart(a, i, pose, b, j, at, most, 0.0)
     if a.roots[i] < 0:
         a, i, row, pose, b, j, other, at = b, j, other, at, a, i, row, pose
+    here, between = np.empty((3, 4)), np.empty((3, 4))
     compose(pose, a.poses[i], here)
     _undo(here, between)
     solid = np.empty(ROW)
     moved(other, between, solid)
     return float(solid_to_mesh(a.trees, a.roots[i], solid, most))
+
+
+@njit_cached
+def meshes_apart(
+    a: Any, i: int, pose: Any, b: Any, j: int, at: Any, most: float, enough: float
+) -> float:
+    """`mesh_to_mesh` of shape i of `a` and shape j of `b`, given the poses (3, 4) of the frames
+    that they are placed in."""
+    here, there, between = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
+    compose(pose, a.poses[i], here)
+    _undo(here, between)
+    compose(at, b.poses[j], there)
+    compose(between, there, here)
+    return float(mesh_to_mesh(a.trees, a.roots[i], b.trees, b.roots[j], here, most, enough))
 
 
 @njit_cached

@@ -68,6 +68,7 @@ def read_planning_scene(text: bytes, base: str) -> PlanningScene:
     """
     content = _mapping(_loaded(text), "a planning scene")
     frames = _frames(content, base)
+    _check_nothing_else(content)
     objects = _mapping(content.get("world") or {}, "world").get("collision_objects") or []
     found = [
         (name, placed)
@@ -76,6 +77,17 @@ def read_planning_scene(text: bytes, base: str) -> PlanningScene:
     ]
     allowed = _allowed(content.get("allowed_collision_matrix"))
     return PlanningScene(tuple(one for _, one in found), tuple(name for name, _ in found), allowed)
+
+
+def _check_nothing_else(content: Mapping[str, Any]) -> None:
+    """What a robot carries is part of it, and an octomap is in its way: neither may be passed
+    over."""
+    state = _mapping(content.get("robot_state") or {}, "robot_state")
+    if state.get("attached_collision_objects"):
+        raise InputError("its robot carries attached_collision_objects, which are not read")
+    octomap = _mapping(content.get("world") or {}, "world").get("octomap") or {}
+    if _mapping(octomap, "octomap").get("octomap"):
+        raise InputError("its world has an octomap, which is not read; use primitives")
 
 
 def read_motion_request(text: bytes) -> MotionRequest:

@@ -95,7 +95,8 @@ def _of_archive(archive: Path, name: str) -> dict[tuple[str, int], bytes]:
                 if match is None or not member.isfile():
                     continue
                 sets.add(match["set"])
-                if match["set"] == name and member.size <= _MOST_BYTES:
+                if match["set"] == name:
+                    _check_size(archive, member)
                     read = opened.extractfile(member)
                     assert read is not None, "it is a file"
                     texts[match["kind"], int(match["number"])] = read.read()
@@ -104,3 +105,10 @@ def _of_archive(archive: Path, name: str) -> dict[tuple[str, int], bytes]:
     if name not in sets:
         raise UnknownNameError(f"set of {archive}", name, sorted(sets))
     return texts
+
+
+def _check_size(archive: Path, member: tarfile.TarInfo) -> None:
+    if member.size > _MOST_BYTES:
+        raise InputError(
+            f"{archive}: {member.name} has {member.size} bytes; at most {_MOST_BYTES} are read"
+        )

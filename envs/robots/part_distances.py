@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.gjk import compose, moved
-from envs.collision.mesh_distance import _node_to_node, _take_triangle
-from envs.collision.separation import _undo, separation
+from envs.collision.gjk import moved
+from envs.collision.separation import meshes_apart, separation
 from envs.collision.shapes import ROW
-from envs.collision.triangles import triangle_to_triangle
 from envs.compiled import njit_cached
 from envs.robots.kinematic_tree import body_poses
 
@@ -22,10 +20,6 @@ _ROUNDING = 1e-6
 
 _TOUCHING = 1e-9
 """Up to which distance it is asked, in metres, where only contact counts."""
-
-_DEEPEST = 128
-"""Pairs of nodes that wait at most: halving leaves fewer than 2^32 triangles one each in 32 steps,
-in each of two trees."""
 
 
 @njit_cached
@@ -96,12 +90,9 @@ def _is_within(
     """Whether two shapes are proved to be no farther apart than `reach`, given their rows and the
     poses of the frames that they are placed in."""
     if shapes.roots[i] >= 0 and shapes.roots[j] >= 0:
-        placed, inverse, between = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
-        compose(pose, shapes.poses[i], placed)
-        _undo(placed, inverse)
-        compose(there, shapes.poses[j], placed)
-        compose(inverse, placed, between)
-        return _are_meshes_within(shapes.trees, shapes.roots[i], shapes.roots[j], between, reach)
+        # Ends at the first triangles that are no farther; asked a little beyond to see the others.
+        found = meshes_apart(shapes, i, pose, shapes, j, there, reach + _ROUNDING, reach)
+        return bool(found <= reach)
     if shapes.roots[i] < 0 and shapes.roots[j] < 0:
         return False  # the distance itself takes no longer
     # A solid that is larger by the reach all around touches the mesh.
@@ -116,36 +107,3 @@ def _is_within(
     else:
         other = larger
     return bool(separation(shapes, i, row, pose, shapes, j, other, there, _TOUCHING) == 0.0)
-
-
-@njit_cached
-def _are_meshes_within(trees: Any, root: int, other_root: int, pose: Any, reach: float) -> bool:
-    """Whether some triangles of two meshes are no farther apart than `reach`, the other mesh at a
-    pose (3, 4) in the frame of the first. Ends at the first such."""
-    triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
-    nodes = np.empty((_DEEPEST, 2), dtype=np.int64)
-    nodes[0, 0], nodes[0, 1], waiting = root, other_root, 1
-    while waiting:
-        waiting -= 1
-        a, b = nodes[waiting, 0], nodes[waiting, 1]
-        if trees.child[a] < 0 and trees.child[b] < 0:
-            _take_triangle(trees, a, triangle)
-            _take_triangle(trees, b, other_triangle)
-            moved(other_triangle, pose, there)
-            if triangle_to_triangle(triangle, there) <= reach:
-                return True
-            continue
-        a1, b1, a2, b2 = a, b, a, b
-        if trees.child[b] < 0 or (trees.child[a] >= 0 and trees.radii[a] > trees.radii[b]):
-            a1, a2 = trees.child[a], trees.child[a] + 1
-        else:
-            b1, b2 = trees.child[b], trees.child[b] + 1
-        one = _node_to_node(trees, a1, trees, b1, pose, reach)
-        two = _node_to_node(trees, a2, trees, b2, pose, reach)
-        if one < two:  # the nearer two last, which are the next that are looked at
-            a1, b1, a2, b2, one, two = a2, b2, a1, b1, two, one
-        for a, b, apart in ((a1, b1, one), (a2, b2, two)):
-            if apart <= reach:
-                nodes[waiting, 0], nodes[waiting, 1] = a, b
-                waiting += 1
-    return False

@@ -10,7 +10,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from envs.collision.shapes import PlacedShape, Solid
 from envs.compiled import njit_hot
@@ -222,13 +221,11 @@ class Cover:
     """Spheres that cover a body.
 
     Attributes:
-        centers, radii: (m, 3) in the body's frame and (m,), those of a part after each other.
-        begins: (p,) of int, where each part's begin.
+        centers, radii: (m, 3) in the body's frame and (m,).
     """
 
     centers: Array
     radii: Array
-    begins: NDArray[np.int64]
 
     @staticmethod
     def of(parts: Sequence[PlacedShape], slack: float) -> Cover:
@@ -238,9 +235,8 @@ class Cover:
             cover.centers @ part.pose[:3, :3].T + part.pose[:3, 3]
             for cover, part in zip(covers, parts, strict=True)
         ]
-        counts = [len(cover.radii) for cover in covers]
         radii = np.concatenate([cover.radii for cover in covers])
-        return Cover(np.concatenate(placed), radii, np.cumsum([0, *counts[:-1]]))
+        return Cover(np.concatenate(placed), radii)
 
 
 def radius_of(parts: Sequence[PlacedShape]) -> float:

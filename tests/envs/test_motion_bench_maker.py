@@ -53,7 +53,8 @@ def test_problems_are_the_requests_in_their_scenes() -> None:
     assert problems[1].goal == pytest.approx([-2.5, 4.0 - 2 * np.pi]), "wraps"
     assert problems[2].start[0] == 3.0, "beyond its limit by rounding"
     assert [len(env.scene_of(problem).obstacles) for problem in problems] == [0, 1, 2]
-    assert list(env.scene_of(problems[2]).obstacle_names) == ["'post'", "'block'"]
+    names = list(env.scene_of(problems[2]).obstacle_names)
+    assert names == ["obstacle 'post'", "obstacle 'block'"]
     assert env.scene_of(problems[2]).robot is env.scene_of(problems[1]).robot
     for a, b in zip(problems, env.sample_problems(2, 5), strict=False):
         assert a.start.tolist() == b.start.tolist()
@@ -126,6 +127,10 @@ def test_a_request_of_another_group_and_a_damaged_archive_are_named(data: Path) 
     with pytest.raises(
         InputError, match=r"request0002.yaml: its goal does not say where .*'elbow'"
     ):
+        boxes().sample_problems(2, 0)
+    elsewhere = made.request([0, 0], [1, 1], grip=0.01)
+    made.write(data, {"box_panda": [PAIRS[0], (made.scene(), elsewhere)]})
+    with pytest.raises(InputError, match=r"request0002.yaml: joint 'grip' stands elsewhere"):
         boxes().sample_problems(2, 0)
     other = {**PAIRS[0][1], "group_name": "hand"}
     made.write(data, {"box_panda": [(made.scene(), other)]})

@@ -99,6 +99,11 @@ MATRIX = {"entry_names": ["a", "b"], "entry_values": [[False, True]]}
             "an orientation is a quaternion",
         ),
         (made.scene(made.box("b", made.pose(float("nan"), 0), 1, 1, 1)), "must be a number"),
+        (
+            made.scene(robot_state={"attached_collision_objects": [GOOD]}),
+            "attached_collision_objects, which are not read",
+        ),
+        ({"world": {"octomap": {"octomap": {"data": [1]}}}}, "has an octomap"),
         (made.scene(allowed_collision_matrix=MATRIX), "allowed_collision_matrix is not 2 by 2"),
     ],
 )

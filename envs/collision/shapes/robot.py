@@ -13,7 +13,8 @@ class Robot(Protocol):
     and pictures ask; `envs.robots` has a ball that translates and arms.
 
     The bounds on motion are what certified checks rest on: they may be too large, which costs
-    time, and must never be too small.
+    time, and must never be too small. A robot can be hashed, as objects can by default, and its
+    shapes do not change: what collision checks know of them is kept with it.
 
     Example:
         >>> import numpy as np
