@@ -5,6 +5,7 @@ its best path.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
@@ -111,6 +112,8 @@ class Progress:
         self.history: list[list[float]] = []
         self._cost: Any = None
         self._next = math.inf
+        self._action: Callable[[], None] | None = None
+        self._action_at = math.inf
 
     def begin(self, planner: Any) -> None:
         """Starts a new history of [seconds, path length] for `planner`."""
@@ -123,13 +126,23 @@ class Progress:
         self._begin = perf_counter()
         self._next = self._begin if best else math.inf
 
+    def at(self, time: float, action: Callable[[], None]) -> None:
+        """Has the planner's own thread do something once, when it first checks a state or a motion
+        after `time`, on `time.perf_counter`."""
+        self._action, self._action_at = action, time
+
     def tick(self) -> None:
         """Notes an improvement, at most every hundredth of a second."""
-        if perf_counter() >= self._next:
+        now = perf_counter()
+        if now >= self._next:
             self._note()
+        if self._action is not None and now >= self._action_at:
+            action, self._action = self._action, None
+            action()
 
     def end(self) -> None:
         """Notes the last improvement and lets go of the planner."""
+        self._action = None
         if self._cost is not None:
             self._note()
         self._cost, self._next = None, math.inf
