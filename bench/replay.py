@@ -107,7 +107,7 @@ def replay(
     whose = f"{folder}: {who.id}" if repeat == 0 else f"{folder}, repeat {repeat}: {who.id}"
     then = _row(attempts[attempts["planner"] == who.id], problem, whose)
     problem_set = _made(where, problem, selection["seed"])
-    config = _config(selection, problem_set, who, problem)
+    config = _config(selection, problem_set, who)
     stop_cost = config.stop.stop_cost(_reference_length(config.stop, attempts, problem))
     now, contact = _attempted(config, repeat, stop_cost)
     return Replay(then, now, tuple(_notes(then, now, who)), contact)
@@ -165,24 +165,23 @@ def _missing(value: Any) -> bool:
 
 def _made(where: Mapping[str, Any], problem: int, seed: int) -> ProblemSet:
     entry: Entry[Environment] = envs.REGISTRY.entry(where["id"])
-    problem_set = ProblemSet.make(entry, problem + 1, seed)
+    problem_set = ProblemSet.make(entry, 1, seed)
     if problem_set.env.fingerprint != where["fingerprint"]:
         raise InputError(
             f"{entry.id} is not what it was: its fingerprint was {where['fingerprint']} and is "
             f"{problem_set.env.fingerprint}; replay with the files and versions that the manifest "
             "names"
         )
-    return replace(problem_set, problems=problem_set.problems[problem:])
+    return replace(problem_set, problems=tuple(problem_set.env.problems_at([problem], seed)))
 
 
 def _config(
-    selection: Mapping[str, Any], problem_set: ProblemSet, planner: Entry[Planner], i: int
+    selection: Mapping[str, Any], problem_set: ProblemSet, planner: Entry[Planner]
 ) -> RunConfig:
     settings = selection["settings"]
     config = RunConfig(
         (problem_set,),
         (planner,),
-        i + 1,
         selection["seed"],
         settings["time_limit_s"],
         StopRule.parse(settings["stop"]),
@@ -190,6 +189,7 @@ def _config(
         settings["memory_limit_mb"],
         train=False,
         device=checked_device(settings.get("device", CPU)),
+        keep_invalid="invalid_problems" in settings,
     )
     if config.settings != settings:
         old = settings["rules"]

@@ -41,6 +41,7 @@ def run(chosen: SimpleNamespace) -> int:
         memory_limit_mb=chosen.memory_limit,
         train=not chosen.no_train,
         device=chosen.device,
+        keep_invalid=chosen.keep_invalid,
     )
     folder: Path = chosen.out or Path("results/runs") / config.problem_sets[0].entry.spec.id
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -146,7 +147,8 @@ def show(chosen: SimpleNamespace) -> int:
         seed = int(records["problems_seed"].iloc[0])
     if world.scenes_differ:
         number = shown.problem if shown else chosen.problem or 0
-        world = world.scene_of(world.sample_problems(number + 1, seed)[number])
+        [problem] = world.problems_at([number], seed)
+        world = world.scene_of(problem)
     scene.draw(world, env.id, shown, chosen.out)
     return DONE
 

@@ -14,8 +14,8 @@ import planners
 from bench.execution import planner_queries as queries
 from bench.execution.planner_queries import World
 from bench.execution.stop_rule import PAPER, StopRule, paper_rule
-from bench.judging.judge import share_blocked, straight_lines
 from bench.judging.metrics import REGISTERED
+from bench.judging.problem_facts import ProblemFacts, problem_facts, share_blocked
 from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
 from envs.seeding import TEST_SEEDS, derived_seed, training_seed
@@ -27,6 +27,9 @@ logger = logging.getLogger(__name__)
 CPU = "cpu"
 """The device that runs use unless another is asked for."""
 
+PROBLEMS = 50
+"""In an environment that can have any number, unless another is asked for."""
+
 RULES = 2
 """Rises whenever the protocol or the judge changes what is measured."""
 
@@ -36,16 +39,15 @@ class RunConfig:
     """A run as it was asked for.
 
     Attributes:
-        problems: the number of problems in each environment.
         repeats: how often each planner attempts each problem, with another seed each time.
         seed: of problems, planners and order.
         train: whether learned planners without weights are trained first.
         device: of PyTorch, for planners that take one and were not given another.
+        keep_invalid: whether problems that are invalid as posed are attempted all the same.
     """
 
     problem_sets: tuple[ProblemSet, ...]
     planners: tuple[Entry[Planner], ...]
-    problems: int
     seed: int
     time_limit_s: float
     stop: StopRule
@@ -54,12 +56,14 @@ class RunConfig:
     train: bool = True
     device: str = CPU
     repeats: int = 1
+    keep_invalid: bool = False
 
     @property
     def settings(self) -> dict[str, Any]:
         """Everything besides planner, environment and problem that a measurement depends on."""
-        # Not said of the CPU: what was measured before there was a choice still counts.
+        # Only said of what is unusual: what was measured before there was a choice still counts.
         elsewhere = {} if self.device == CPU else {"device": self.device}
+        kept = {"invalid_problems": "kept"} if self.keep_invalid else {}
         return {
             "rules": RULES,
             "time_limit_s": self.time_limit_s,
@@ -67,6 +71,7 @@ class RunConfig:
             "jobs": self.jobs,
             "memory_limit_mb": self.memory_limit_mb,
             **elsewhere,
+            **kept,
         }
 
     @property
@@ -89,6 +94,7 @@ class RunConfig:
                     "fingerprint": problem_set.env.fingerprint,
                     "units": dict(problem_set.env.units),
                     "space": str(problem_set.env.space),
+                    "problems": problem_set.end,
                     **self._told(problem_set),
                     "weights": {entry.id: problem_set.weights(entry) for entry in self.planners},
                 }
@@ -97,7 +103,7 @@ class RunConfig:
             "planners": [entry.id for entry in self.planners],
             "planner_versions": self.planner_versions,
             "improves": {entry.id: queries.improves(entry) for entry in self.planners},
-            "problems": self.problems,
+            "problems": max(problem_set.end for problem_set in self.problem_sets),
             "repeats": self.repeats,
             "seed": self.seed,
             "settings": self.settings,
@@ -106,11 +112,16 @@ class RunConfig:
         }
 
     def _told(self, problem_set: ProblemSet) -> dict[str, Any]:
-        """What is worth knowing of the problems: facts that tables show, and of each problem
-        whether its straight line is blocked."""
-        facts = {"share_of_straight_lines_blocked": share_blocked(problem_set.straight_lines)}
-        statistics = facts | problem_set.env.problem_statistics(self.problems, self.seed)
-        return {"census": statistics, "straight_lines": problem_set.straight_lines}
+        """What is worth knowing of the problems: facts that tables show, of each problem whether
+        its straight line is blocked, and which ends are invalid."""
+        facts = problem_set.facts
+        blocked = {"share_of_straight_lines_blocked": share_blocked(facts.straight_lines)}
+        count = len(problem_set.problems)
+        return {
+            "census": blocked | problem_set.env.problem_statistics(count, self.seed),
+            "straight_lines": facts.straight_lines,
+            "invalid_ends": [end.data() for end in facts.invalid_ends],
+        }
 
 
 @dataclass(frozen=True)
@@ -131,18 +142,27 @@ class ProblemSet:
 
     @staticmethod
     def make(
-        entry: Entry[Environment], problems: int, seed: int, shown: World | None = None
+        entry: Entry[Environment], problems: int | None, seed: int, shown: World | None = None
     ) -> ProblemSet:
-        """Raises InputError if the environment cannot be made or has too few problems."""
+        """With some problems, by default `PROBLEMS`, or as many as there are.
+
+        Raises:
+            InputError: the environment cannot be made or has too few problems.
+        """
         env = entry.make()
-        asked = tuple(env.sample_problems(problems, seed))  # first, as its errors say how many
+        asked = tuple(asked_problems(env, problems, seed))  # first, as its errors say how many
         [warm_up] = env.sample_problems(1, training_seed("warm-up", seed))
         return ProblemSet(entry, env, shown or World(entry, entry.make()), asked, warm_up)
 
+    @property
+    def end(self) -> int:
+        """The number after the last problem's."""
+        return max(problem.index for problem in self.problems) + 1
+
     @cached_property
-    def straight_lines(self) -> str:
-        """See `bench.judging.judge.straight_lines`."""
-        return straight_lines(self.env, self.problems)
+    def facts(self) -> ProblemFacts:
+        """What is known of the problems before they are attempted."""
+        return problem_facts(self.env, self.problems)
 
     def weights(self, planner: Entry[Planner]) -> str:
         """The digest of the weights with which a planner plans here now, empty if it has none. What
@@ -152,6 +172,15 @@ class ProblemSet:
             InputError: they cannot be read.
         """
         return queries.weights_digest(planner, self.shown)
+
+
+def asked_problems(env: Environment, problems: int | None, seed: int) -> list[Problem]:
+    """So many problems of an environment, or by default all of its list, or `PROBLEMS`.
+
+    Raises:
+        InputError: it has too few.
+    """
+    return env.sample_problems(problems or env.problem_count or PROBLEMS, seed)
 
 
 def repeated(problem: Problem, repeat: int) -> Problem:
@@ -165,7 +194,7 @@ def make_run_config(
     *,
     env: str,
     planner: str,
-    problems: int,
+    problems: int | None,
     seed: int,
     time_limit_s: float,
     stop: str,
@@ -174,19 +203,20 @@ def make_run_config(
     train: bool = True,
     device: str = CPU,
     repeats: int = 1,
+    keep_invalid: bool = False,
 ) -> RunConfig:
     """Checks what was asked for.
 
-    Planners chosen by a group ("all") are left out where they support none of the environments.
+    Of no number of problems the environments have `PROBLEMS` each, or all that they have. Planners
+    chosen by a group ("all") are left out where they support none of the environments.
     The reference of a match rule is added if it is missing and any of the planners may improve on
     its first solution in any of the environments. Learned planners run on `device`.
 
     Raises:
         InputError: something is unknown or out of range.
     """
-    check_range("--problems", problems, 1, 1_000_000)
+    check_problems(problems, seed)
     check_range("--repeats", repeats, 1, 10_000)
-    check_range("--seed", seed, 0, TEST_SEEDS - 1)
     check_range("--time-limit", time_limit_s, 0.001, 86_400)
     _check_jobs(jobs)
     checked_device(device)
@@ -211,7 +241,6 @@ def make_run_config(
     return RunConfig(
         problem_sets,
         tuple(chosen),
-        problems,
         seed,
         time_limit_s,
         rule,
@@ -220,6 +249,7 @@ def make_run_config(
         train,
         device,
         repeats,
+        keep_invalid,
     )
 
 
@@ -248,6 +278,13 @@ def _supports(entry: Entry[Planner], worlds: list[World]) -> bool:
 def _improves(entry: Entry[Planner], worlds: list[World]) -> bool:
     """Whether a planner may go on after its first solution anywhere."""
     return queries.improves(entry) and _supports(entry, worlds)
+
+
+def check_problems(problems: int | None, seed: int) -> None:
+    """Raises InputError if there is no such number of problems, or no such seed."""
+    if problems is not None:
+        check_range("--problems", problems, 1, 1_000_000)
+    check_range("--seed", seed, 0, TEST_SEEDS - 1)
 
 
 def _check_jobs(jobs: int) -> None:

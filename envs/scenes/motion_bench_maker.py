@@ -51,7 +51,8 @@ class MotionBenchMaker(ArmWorld):
     Benchmark Motion Planning Datasets", IEEE RA-L 7(2), 2022), or one of its scenes.
 
     The problems of a set are those of its requests, whatever the seed, which the planners' own are
-    drawn by: problem k is that of request k + 1. Each lives in the scene of that number: the
+    drawn by: the problem with index k is
+    that of request k + 1. Each lives in the scene of that number: the
     robot, with its own allowed collisions and the scene's, among boxes and cylinders. Joints of
     no planning group stand as in the first request.
 
@@ -77,6 +78,7 @@ class MotionBenchMaker(ArmWorld):
         if shown is None:
             super().__init__(arm, (), "mbm")
             self.min_clearance = _CLEARANCE
+            self.problem_count = len(self._files.numbers)
         else:
             super().__init__(arm, shown.obstacles, "mbm", (scene,), shown.names)
         self._last: tuple[int, Environment] | None = None
@@ -95,9 +97,15 @@ class MotionBenchMaker(ArmWorld):
         numbers = self._files.numbers
         if n > len(numbers):
             raise InputError(f"mbm: {self._files.name} has {len(numbers)} problems, not {n}")
+        return self.problems_at([number - 1 for number in numbers[:n]], seed)
+
+    def problems_at(self, indices: Sequence[int], seed: int) -> list[Problem]:
+        if not self.scenes_differ:
+            return super().problems_at(indices, seed)
+        ends = ((index, self._files.ends(self._files.number(index))) for index in indices)
         return [
-            Problem(*self._files.ends(number), index, derived_seed("mbm planner", seed, index))
-            for index, number in enumerate(numbers[:n])
+            Problem(start, goal, index, derived_seed("mbm planner", seed, index))
+            for index, (start, goal) in ends
         ]
 
     def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
@@ -150,9 +158,9 @@ class _Files:
 
     def number(self, index: int) -> int:
         """Of the request of a problem."""
-        if not 0 <= index < len(self.numbers):
+        if index + 1 not in self.numbers:
             raise InputError(f"mbm: {self.name} has no problem {index}")
-        return self.numbers[index]
+        return index + 1
 
     def scene(self, number: int) -> PlanningScene:
         text = self._problems.text("scene", number)

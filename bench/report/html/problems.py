@@ -203,8 +203,8 @@ class _Shown(_Plain):
                 ends[row["problem"]] = decode_path(row["path"])[[0, -1]]
         missing = [number for number in self._problem_set.problems if number not in ends]
         if missing:
-            made = self._world.sample_problems(max(missing) + 1, self._problem_set.seed)
-            ends.update({n: np.stack([made[n].start, made[n].goal]) for n in missing})
+            made = self._world.problems_at(missing, self._problem_set.seed)
+            ends.update({one.index: np.stack([one.start, one.goal]) for one in made})
         return ends
 
     def _attempt(self, row: dict[Any, Any]) -> dict[str, Any]:
