@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import platformdirs
 
 from envs.environment import Environment
 from envs.errors import InputError, suggestion
+from envs.files.fetched import cache_folder, fetch
 from envs.files.moveit_scene import (
     MotionRequest,
     PlanningScene,
@@ -37,6 +37,8 @@ URL = (
     "f6de6a72e0725ba08e0829f0a34261a3f465aed7/resources"
 )
 """Where the robots and problems are (Apache-2.0)."""
+
+_ARCHIVE = "problems.tar.bz2"
 
 _ROUNDING = 1e-5
 """Radians or metres by which values of problems may be beyond a joint's limit: they are rounded."""
@@ -146,7 +148,7 @@ class _Files:
 
     @cached_property
     def _problems(self) -> ProblemFiles:
-        return read_problem_files(self._folder / "problems.tar.bz2", self.name)
+        return read_problem_files(self._folder / _ARCHIVE, self.name)
 
     @property
     def numbers(self) -> Sequence[int]:
@@ -262,17 +264,27 @@ def _arm(
 
 
 def robot_folder(name: str) -> Path:
-    """Where the files of a robot are: in the folder that `BENCH_DATA` names, or in the cache.
+    """Where the files of a robot are: in the folder that `BENCH_DATA` names, where they are read as
+    they are, or in the user's cache, for which what is missing is fetched.
 
     Raises:
-        InputError: they are in neither.
+        InputError: they are in neither and cannot be fetched.
     """
     data = os.environ.get("BENCH_DATA")
-    kept = platformdirs.user_cache_path("plannerbench") / "mbm" / name
-    for folder in (*([Path(data) / "mbm" / name] if data else []), kept):
-        if (folder / "problems.tar.bz2").is_file():
-            return folder
-    raise InputError(
-        f"mbm: the files of {name} are not here: put the folder {URL}/{name} at {kept}, or at "
-        f"mbm/{name} in a folder that BENCH_DATA names"
-    )
+    if data and (Path(data) / "mbm" / name / _ARCHIVE).is_file():
+        return Path(data) / "mbm" / name
+    kept = cache_folder() / "mbm" / name
+    instead = f", or the whole folder at mbm/{name} in one that BENCH_DATA names"
+    fetch(kept, f"{URL}/{name}", _digests(name), instead)
+    return kept
+
+
+def _digests(robot: str) -> dict[str, str]:
+    """SHA-256 of a robot's files by their names: what it collides with, groups, and problems."""
+    listed = (Path(__file__).with_name("motion_bench_maker_files.txt")).read_text("utf-8")
+    pairs = (line.split(" ") for line in listed.splitlines())
+    return {
+        name.removeprefix(f"{robot}/"): digest
+        for name, digest in pairs
+        if name.startswith(f"{robot}/")
+    }

@@ -190,11 +190,12 @@ def test_a_planner_of_invalid_problems_alone_has_no_rate() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not has_data("mbm"), reason="needs BENCH_DATA")
 @pytest.mark.parametrize(("robot", "valid"), [("panda", 490), ("ur5", 490), ("fetch", 480)])
 def test_the_census_of_the_real_sets(bench: Cli, robot: str, valid: int) -> None:
     """Of the first 70 problems of each set, by an independent check of all: those of Fetch whose
     head touches its upper arm, or shoulder its torso, are invalid."""
+    if not has_data(f"mbm/{robot}/problems.tar.bz2"):
+        pytest.skip("BENCH_DATA names no folder with mbm")
     code, out, _ = bench("problems", "--env", f"mbm-{robot}", "--json")
     assert code == 0
     census = json.loads(out)
