@@ -46,7 +46,7 @@ class Contact:
 def first_contact(env: Environment, model: CollisionModel, path: Array) -> Contact:
     """The first contact of a path of waypoints (k, d) that a collision model of `env` refuses."""
     place = model.first_contact(path)
-    pair, distance = CheckedPairs(env.robot, env.obstacles).nearest(place.q)
+    pair, distance = CheckedPairs(env.robot, env.obstacles, env.may_touch).nearest(place.q)
     at = place.q, place.share, place.waypoint
     if pair is None or (distance > model.tolerance and not _is_allowed(env, place)):
         return Contact(*at, None, distance, f"the robot touches nothing, but is {env.not_allowed}")

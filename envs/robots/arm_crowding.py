@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.shapes import PlacedShape
 from envs.problem import Array
@@ -20,6 +23,7 @@ def causes(
     q: Array,
     clear: float,
     kept: Array,
+    may_touch: NDArray[np.bool_] | None,
 ) -> list[str]:
     """What is too near at some of the configurations (n, d), the most frequent first.
 
@@ -30,8 +34,9 @@ def causes(
         q: where to look.
         clear: what links keep from obstacles, in metres.
         kept: (p, p) what parts keep from each other, in metres.
+        may_touch: which parts may touch which obstacles, see `Environment.may_touch`.
     """
-    pairs, parts = CheckedPairs(arm, obstacles), len(arm.parts)
+    pairs, parts = CheckedPairs(arm, obstacles, may_touch), len(arm.parts)
     most = [float(kept[i, j]) if j < parts else clear for i, j in pairs.numbers]
     called = [
         _of_links(arm, i, j) if j < parts else f"link {arm.links[i]!r} to {names[j - parts]}"
