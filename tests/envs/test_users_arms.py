@@ -178,8 +178,7 @@ def test_what_stands_still_may_touch_obstacles(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("pairs", "said"),
     [
-        ("[[right, post]]", "link 'right' and obstacle 'post' may not be allowed to touch yet"),
-        ("[[post, hand]]", "link 'hand' and obstacle 'post' may not be allowed to touch yet"),
+        ("[[right, pots]]", "unknown link or obstacle 'pots'; did you mean 'post'?"),
         ("[[hnd, post]]", "unknown link or obstacle 'hnd'; did you mean 'hand'?"),
     ],
 )
