@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import compress, pairwise, starmap
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import fcl
@@ -97,14 +96,17 @@ class CollisionModel:
         self._allowed_apart = allowed_apart
         checked = np.ones((robot.moving, len(obstacles)), dtype=np.bool_)
         if may_touch is not None:
-            checked &= ~may_touch
+            if may_touch.shape != checked.shape:
+                raise ValueError(f"may_touch must be {checked.shape}, not {may_touch.shape}")
+            checked = ~may_touch
         self._obstacles = [placed_in_fcl(obstacle) for obstacle in obstacles]
         self._managers = broad_phases(self._obstacles, checked)
         self._is_ball = self._shapes.rows[:, 16] == POINT  # whose rotation does not matter
         exact = [o.exact_in_fcl and bool(self._is_ball.all()) for o in obstacles]
         by_fcl = np.array(exact, dtype=np.bool_)
         boxes = list(compress(self._obstacles, by_fcl))
-        self._boxes = broad_phases(boxes, checked[:, by_fcl]) if boxes else None
+        of_each = enumerate(broad_phases(boxes, checked[:, by_fcl]))
+        self._boxes = [(n, some) for n, some in of_each if checked[n, by_fcl].any()]
         self._around = shapes_of(list(compress(obstacles, ~by_fcl)))
         self._may_touch = contacts_array(None if may_touch is None else may_touch[:, ~by_fcl])
         self._collision = fcl.CollisionRequest()
@@ -122,7 +124,7 @@ class CollisionModel:
         apart, known = self._own_clearances(_NEAR)
         if apart.min() <= 0:
             return False
-        asked = apart < _NEAR if self._boxes is None else apart > 0
+        asked = apart > 0 if self._boxes else apart < _NEAR
         return not self._touch(asked) and self._on_the_right_side(q, known)
 
     def clearance(self, q: Array, most: float = np.inf) -> float:
@@ -134,12 +136,12 @@ class CollisionModel:
         """
         self.checks += 1
         self._place(q)
-        if self._boxes is None:
-            apart, known = self._own_clearances(most)
-        else:
-            boxes = self._from_boxes(self._boxes, most)
+        if self._boxes:
+            boxes = self._from_boxes(most)
             apart, known = self._own_clearances(float(boxes.min()))
             apart = np.minimum(apart, boxes)
+        else:
+            apart, known = self._own_clearances(most)
         least = float(apart.min())
         if 0 < least <= _NEAR:
             least = 0.0 if self._touch((apart <= _NEAR) & (apart < most)) else least
@@ -229,13 +231,13 @@ class CollisionModel:
             for other in self._others[body]
         )
 
-    def _from_boxes(self, boxes: Sequence[Any], most: float) -> Array:
+    def _from_boxes(self, most: float) -> Array:
         """The distances (moving,) of the robot's shapes, balls, from boxes along the axes that
         each must not touch, or `most` where that is less."""
-        found = np.empty(self.robot.moving)
-        for body in range(len(found)):
+        found = np.full(self.robot.moving, most)
+        for body, boxes in self._boxes:
             data = fcl.DistanceData()
-            boxes[body].distance(self._body(body), data, fcl.defaultDistanceCallback)
+            boxes.distance(self._body(body), data, fcl.defaultDistanceCallback)
             found[body] = min(data.result.min_distance, most)
         return found
 
