@@ -108,7 +108,8 @@ class UserArm(ArmWorld):
         about.check_names(links)
         allowed = semantics.allowed(links) | about.allowed_links(links)
         arm = Arm(tree, parts, self_collision, allowed)
-        super().__init__(arm, about.obstacles, "arm", names=about.names, allows=about.allows)
+        allows = about.allows if about.allowed else None
+        super().__init__(arm, about.obstacles, "arm", names=about.names, allows=allows)
 
 
 def _description(urdf: str, robot: str) -> RobotDescription:
