@@ -16,7 +16,10 @@ import pandas as pd
 from bench.analysis.run_results import RunResults
 from bench.judging.metric import Metric
 
-NUMERIC = ("problems", "n", "offline s", "scene s")
+INVALID = "invalid"
+"""The title of how many problems are invalid as posed, which no rate counts."""
+
+NUMERIC = ("problems", INVALID, "n", "offline s", "scene s")
 """Columns to set flush right."""
 
 SPREADS = {"std": "standard deviation", "var": "variance"}
@@ -86,11 +89,13 @@ def success_rows(run: RunResults) -> list[dict[str, str]]:
     """
     summary = run.summary
     known = summary["blocked_attempted"].notna().any()
+    some_invalid = summary["invalid_problems"].any()
     return [
         {
             "env": row["env"],
             "planner": row["planner"],
             "problems": f"{row['problems']}",
+            **({INVALID: f"{row['invalid_problems']}"} if some_invalid else {}),
             "success %": success(row),
             **{run.heading(m): _moments(row, m, run.spread) for m in _primary(run)},
             **(_blocked(row, run) if known else {}),

@@ -128,7 +128,8 @@ def test_suites() -> None:
         assert StopRule.parse(config.stop.text) == config.stop
         assert config.planners
         assert all(
-            len(problem_set.problems) == config.problems > 0 for problem_set in config.problem_sets
+            len(problem_set.problems) == config.selection()["problems"] > 0
+            for problem_set in config.problem_sets
         )
         ids = [entry["id"] for entry in config.selection()["envs"]]
         assert [entry.id for entry in envs.REGISTRY.entries(",".join(ids))] == ids
