@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous as batched
+from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_model import Allowed, CollisionModel, Prover
 from envs.collision.part_scenes import PartScenes
@@ -351,6 +352,10 @@ class Environment(ABC):
             prover=self.prover,
             may_touch=self.may_touch,
         )
+
+    def checked_pairs(self) -> CheckedPairs:
+        """The pairs of shapes that must not touch in this scene, one by one, for messages."""
+        return CheckedPairs(self.robot, self.obstacles, self.may_touch)
 
     @property
     def fingerprint(self) -> str:

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from envs.collision.checked_pairs import CheckedPairs
-from envs.collision.shapes import PlacedShape
 from envs.problem import Array
 from envs.robots.arm import Arm
 
@@ -18,25 +14,23 @@ _NAMED = 3
 
 def causes(
     arm: Arm,
-    obstacles: Sequence[PlacedShape],
+    pairs: CheckedPairs,
     names: Sequence[str],
     q: Array,
     clear: float,
     kept: Array,
-    may_touch: NDArray[np.bool_] | None,
 ) -> list[str]:
     """What is too near at some of the configurations (n, d), the most frequent first.
 
     Args:
         arm: the robot.
-        obstacles: what is about it.
+        pairs: of its parts, and of these and obstacles, that must not touch.
         names: of the obstacles.
         q: where to look.
         clear: what links keep from obstacles, in metres.
         kept: (p, p) what parts keep from each other, in metres.
-        may_touch: which parts may touch which obstacles, see `Environment.may_touch`.
     """
-    pairs, parts = CheckedPairs(arm, obstacles, may_touch), len(arm.parts)
+    parts = len(arm.parts)
     most = [float(kept[i, j]) if j < parts else clear for i, j in pairs.numbers]
     called = [
         _of_links(arm, i, j) if j < parts else f"link {arm.links[i]!r} to {names[j - parts]}"

@@ -277,8 +277,8 @@ class ArmWorld(Environment):
         """How many configurations are no ends, and what is too near there."""
         q = self.space.sample(stream("crowding"), _LOOKED_AT)
         tight = 1 - self._may_be_end(q).mean()
-        names, clear = self.obstacle_names, self.min_clearance
-        near = causes(self.robot, self.obstacles, names, q, clear, self.kept, self.may_touch)
+        pairs, names = self.checked_pairs(), self.obstacle_names
+        near = causes(self.robot, pairs, names, q, self.min_clearance, self.kept)
         if self.allowed is not None and not self.allowed(q).all():
             near.append(
                 f"within a mesh or about what lies within in {1 - self.allowed(q).mean():.0%}"

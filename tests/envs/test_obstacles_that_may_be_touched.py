@@ -148,7 +148,7 @@ def test_one_obstacle_within_another_that_may_be_touched_may_not() -> None:
     world = ArmWorld(arm, placed, "test", names=("crate", ""), allows=at_crate)
     assert answers(world, 0.0) == {False}
     assert answers(world, 0.2) == {True}, "still within the crate"
-    _, distance = CheckedPairs(arm, placed, world.may_touch).nearest(np.full(1, 0.2))
+    _, distance = world.checked_pairs().nearest(np.full(1, 0.2))
     assert distance == pytest.approx(2 * math.sin(0.1) - 0.07, abs=1e-6)
 
 
@@ -254,7 +254,7 @@ def test_each_part_sees_the_obstacles_that_it_must_not_touch(seed: int) -> None:
 @pytest.mark.parametrize("seed", [2, 3])
 def test_clearances_are_the_least_of_the_pairs_that_must_not_touch(seed: int) -> None:
     world = cluttered(seed, 0.4)
-    pairs = CheckedPairs(world.robot, world.obstacles, world.may_touch)
+    pairs = world.checked_pairs()
     every = CheckedPairs(world.robot, world.obstacles)
     assert world.may_touch is not None
     assert len(every.numbers) - len(pairs.numbers) == world.may_touch.sum() > 0

@@ -12,7 +12,6 @@ from bad_urdfs import LIMIT, collision, joint, link, robot
 
 import envs
 from envs import InputError
-from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.shapes import PlacedShape, Sphere
 from envs.robots import rrt_connect
 from envs.robots.arm import Arm
@@ -176,9 +175,7 @@ def test_links_and_obstacles_that_a_scene_names_may_touch(tmp_path: Path) -> Non
         assert model.is_valid(beside)
     assert len({world.fingerprint for world in worlds.values()}) == 3
     post = len(world.robot.shapes)
-    asked = [
-        CheckedPairs(one.robot, one.obstacles, one.may_touch).numbers for one in worlds.values()
-    ]
+    asked = [one.checked_pairs().numbers for one in worlds.values()]
     assert [sum(other == post for _, other in pairs) for pairs in asked] == [3, 2, 0]
 
 
