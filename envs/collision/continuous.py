@@ -43,6 +43,10 @@ def straight(a: Array, b: Array, t: float) -> Array:
     return found
 
 
+PlaceBelow = Callable[[Array, Array, float], float]
+"""(a, b, level) -> a place t of the motion from a to b at which the clearance may be about the
+level or less, or -1 where it is proved to be more all along."""
+
 FIRST_QUERIES = 10_000
 """How many waypoints of a path are asked about in any case, if it has so many."""
 
@@ -125,6 +129,7 @@ def path_min_clearance(
     tolerance: float,
     most_queries: float = math.inf,
     between: Between = straight,
+    place_below: PlaceBelow | None = None,
 ) -> float:
     """The least clearance along a path of waypoints (k, d), at most `tolerance` above the truth.
 
@@ -146,11 +151,13 @@ def path_min_clearance(
         most_queries: how often `clearance` may be asked. A motion along which no point travels
             farther than `reach` is decided by about FIRST_QUERIES + 2 reach / tolerance.
         between: the motion from each waypoint to the next.
+        place_below: quick proofs that spare most of the search, and say where to look else; the
+            clearance in the middle of what is proved is asked all the same. None for none.
 
     Raises:
         UndecidedError: that was not enough.
     """
-    search = _Search(clearance, waypoints, bounds, tolerance, most_queries, between)
+    search = _Search(clearance, waypoints, bounds, tolerance, most_queries, between, place_below)
     return search.least()
 
 
@@ -165,7 +172,9 @@ class _Search:
         tolerance: float,
         most_queries: float,
         between: Between,
+        place_below: PlaceBelow | None,
     ) -> None:
+        self._place_below = place_below
         self._clearance = clearance
         self._between = between
         self._waypoints = waypoints
@@ -235,11 +244,19 @@ class _Search:
     def _split(
         self, first: int, last: int, low: float, high: float, at_low: float, at_high: float
     ) -> None:
-        """Asks where the cones meet; among several segments, at a waypoint near there."""
+        """Asks where the cones meet, or a proof fails; among several segments, at a waypoint near
+        there. What is proved to be above the floor is left."""
         if first == last:
             a, b = self._waypoints[first], self._waypoints[first + 1]
             meeting = (low + high) / 2 + (at_low - at_high) / (2 * self._bounds[first])
-            # Rounding may put the meeting point on an end, where splitting would gain nothing.
+            if self._place_below is not None:
+                ends = self._between(a, b, low), self._between(a, b, high)
+                share = self._place_below(*ends, self._floor())
+                if share < 0:
+                    self._at(self._between(a, b, (low + high) / 2), self._tolerance)
+                    return
+                meeting = low + share * (high - low)
+            # It may be at an end, where splitting would gain nothing.
             t = min(max(meeting, low + 0.05 * (high - low)), high - 0.05 * (high - low))
             distance = self._at(self._between(a, b, t), self._reach(first, last, low, high))
             self._add(first, last, low, t, at_low, distance)

@@ -28,10 +28,10 @@ from envs.spaces import Space
 
 Allowed = Callable[[Array], NDArray[np.bool_]]
 
-Prover = Callable[[Array, Array, float], tuple[float, bool]]
-"""(a, b, tolerance) -> a place t on the motion at which more than the tolerance is not proved to be
-kept, or -1 where it is proved of all of the motion; and whether it is known as well that nothing is
-within another there."""
+Prover = Callable[[Array, Array, float, float], tuple[float, bool]]
+"""(a, b, asked, kept) -> a place t on the motion at which no more than `asked` is known to be free,
+or -1 where more than `kept`, which is less, is proved of all of the motion; and whether it is known
+as well that nothing is within another there."""
 
 _NEAR = 5e-3
 """Distances of our own up to this, in workspace units, count only if FCL finds no contact."""
@@ -154,13 +154,13 @@ class CollisionModel:
         much in hand as that leaves open, is not searched again.
         """
         if self._prover is not None:
-            place, known = self._prover(a, b, 2 * self.tolerance)
+            place, known = self._prover(a, b, 2 * self.tolerance, self.tolerance)
             if place < 0:  # so no search would find less than the tolerance, and insides stay so
                 return self._on_the_right_side(a, known)
             if self.clearance(self._between(a, b, place), self.tolerance) <= self.tolerance / 2:
                 return False
             if len(self._pairs):  # near each other wherever it moves: one bound of all is too much
-                place, known = self._prover(a, b, self.tolerance)
+                place, known = self._prover(a, b, self.tolerance, self.tolerance / 2)
                 return place < 0 and self._on_the_right_side(a, known)
         bound = self.robot.motion_bound(a, b)
         # More than proves all of the motion at once, and than the tolerance.
@@ -187,7 +187,14 @@ class CollisionModel:
             self.tolerance,
             most_queries,
             self._between,
+            None if self._prover is None else self._place_below,
         )
+
+    def _place_below(self, a: Array, b: Array, level: float) -> float:
+        """A place t on a motion where the clearance may be about a level, -1 if it is proved to be
+        more all along."""
+        assert self._prover is not None
+        return self._prover(a, b, level + self.tolerance / 4, level)[0]
 
     def first_contact(self, waypoints: Array, most_steps: int = ENOUGH_STEPS) -> Place:
         """The first place of a path of waypoints (k, d) that is not proved free, to

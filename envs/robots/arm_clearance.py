@@ -188,27 +188,28 @@ def _share_free(motion: Any, t: float) -> float:
             share = min(share, (parts[part] - tolerance / 2) / bounds[part])
     if len(nearing) == 0:
         return share
-    return share_of_pairs(arm, bodies, moved_rows(arm, bodies), nearing, tolerance, share)[0]
+    rows = moved_rows(arm, bodies)
+    return share_of_pairs(arm, bodies, rows, nearing, tolerance, tolerance / 2, share)[0]
 
 
 @njit_cached
 def share_of_pairs(
-    arm: Any, bodies: Any, rows: Any, nearing: Any, tolerance: float, share: float
+    arm: Any, bodies: Any, rows: Any, nearing: Any, asked: float, kept: float, share: float
 ) -> tuple[float, bool]:
-    """How much of a motion is proved free, at most `share`, by how far the pairs of parts are apart
-    and how fast they come nearer, (k,); -1 where two are too near. And whether it is known that
-    none is within the other."""
+    """How much of a motion is proved to keep more than `kept`, at most `share`, by how far the
+    pairs of parts are apart and how fast they come nearer, (k,); -1 where two are no more than
+    `asked` apart. And whether it is known that none is within the other."""
     known = True
     share = min(share, 1.0)  # which is all of the motion, from wherever on it
     for n in range(len(nearing)):
         # Farther apart than this, the two do not lessen the share.
-        enough = max(share * nearing[n] + tolerance / 2, 2 * tolerance)
+        enough = max(share * nearing[n] + kept, 2 * asked - kept)
         found, is_known = apart(arm, bodies, rows, arm.branches[n, 0], arm.branches[n, 1], enough)
-        if found <= tolerance:
+        if found <= asked:
             return -1.0, False
         known = known and is_known
         if nearing[n] > 0:
-            share = min(share, (found - tolerance / 2) / nearing[n])
+            share = min(share, (found - kept) / nearing[n])
     return share, known
 
 

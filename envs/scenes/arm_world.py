@@ -209,9 +209,9 @@ class ArmWorld(Environment):
     def prover(self) -> Prover:
         around, may_touch = shapes_of(self.obstacles), contacts_array(self.may_touch)
 
-        def proved(a: Array, b: Array, tolerance: float) -> tuple[float, bool]:
+        def proved(a: Array, b: Array, asked: float, kept: float) -> tuple[float, bool]:
             [(robot, (begin, end))] = self.robot.motions(np.array([a, b]))
-            return prove(robot, around, may_touch, begin, end, tolerance)
+            return prove(robot, around, may_touch, begin, end, asked, kept)
 
         return proved
 

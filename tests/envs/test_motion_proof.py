@@ -53,7 +53,7 @@ def test_what_is_proved_keeps_the_tolerance_everywhere(text: str) -> None:
     tolerance, exact = 2 * env.tolerance, fcl_only(env)
     proved = 0
     for a, b in motions(env, 60):
-        place, _ = env.prover(a, b, tolerance)
+        place, _ = env.prover(a, b, tolerance, tolerance / 2)
         if place >= 0:
             assert exact.clearance(a + place * (b - a)) <= tolerance
             continue
@@ -61,6 +61,42 @@ def test_what_is_proved_keeps_the_tolerance_everywhere(text: str) -> None:
         least = min(exact.clearance(a + t * (b - a)) for t in np.linspace(0, 1, 300))
         assert least > tolerance / 2
     assert proved >= 20
+
+
+@pytest.mark.parametrize("text", ["arm4", "arm6:self_collision=true"])
+def test_the_least_clearance_is_found_with_few_questions(text: str) -> None:
+    """Never above the least of many samples by more than the tolerance, and that of a place on the
+    path; what refutes a path may be any."""
+    env = envs.make(text)
+    model, alone = env.collision_model(), fcl_only(env)
+    kept, asked = 0, {"with proofs": 0, "alone": 0}
+    for a, b in motions(env, 40):
+        path = np.array([a, (a + b) / 2 + 0.01, b])
+        before = model.checks, alone.checks
+        least, expected = model.min_clearance(path), alone.min_clearance(path)
+        asked["with proofs"] += model.checks - before[0]
+        asked["alone"] += alone.checks - before[1]
+        assert (least > env.tolerance) == (expected > env.tolerance)
+        if least <= env.tolerance:
+            continue
+        kept += 1
+        assert abs(least - expected) <= env.tolerance
+        along = np.concatenate([np.linspace(*ends, 200) for ends in (path[:2], path[1:])])
+        sampled = min(alone.clearance(q) for q in along)
+        assert sampled - 1e-9 <= least + env.tolerance
+        assert least <= sampled + env.tolerance
+    assert kept >= 5
+    assert asked["with proofs"] < asked["alone"] / 4
+
+
+def test_a_dip_between_waypoints_is_found() -> None:
+    """A ball on an arm passes another at 3 cm, in the midst of a long swing."""
+    arm = arm_of([turning("z")], Part(1, PlacedShape(Sphere(0.05), at(1, 0, 0))))
+    world = ArmWorld(arm, [PlacedShape(Sphere(0.02), at(1.1, 0, 0))], "test")
+    model = world.collision_model()
+    for begin, end in ((-2.9, 2.5), (-0.3, 2.9), (-2.9, 0.001)):
+        least = model.min_clearance(np.array([[begin], [end]]))
+        assert 0.03 <= least <= 0.03 + world.tolerance
 
 
 def hollow(radius: float) -> Mesh:
