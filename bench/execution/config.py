@@ -97,6 +97,7 @@ class RunConfig:
             "planners": [entry.id for entry in self.planners],
             "planner_versions": self.planner_versions,
             "improves": {entry.id: queries.improves(entry) for entry in self.planners},
+            "planned_elsewhere": [e.id for e in self.planners if queries.planned_elsewhere(e)],
             "problems": self.problems,
             "repeats": self.repeats,
             "seed": self.seed,

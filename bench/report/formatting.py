@@ -13,7 +13,9 @@ from typing import Any
 
 import pandas as pd
 
+from bench.analysis.claims import CLAIM, ELSEWHERE
 from bench.analysis.run_results import RunResults
+from bench.analysis.summary import CLAIMED_TIME
 from bench.judging.metric import Metric
 
 NUMERIC = ("problems", "n", "offline s", "scene s")
@@ -34,6 +36,9 @@ REACHED_NOTE = (
     "problem, and to 5 and 20 % more: medians over these problems, where what was not reached "
     "takes for ever (a dash: most were not), and the share that was."
 )
+
+CLAIMED = f"s, {CLAIM}"
+"""The title of planning times of what was planned elsewhere, where there is any."""
 
 BLOCKED_SUCCESS = "blocked: success %"
 """The title of success on the problems alone whose straight line is blocked."""
@@ -86,12 +91,14 @@ def success_rows(run: RunResults) -> list[dict[str, str]]:
     """
     summary = run.summary
     known = summary["blocked_attempted"].notna().any()
+    has_claims = summary[ELSEWHERE].any()
     return [
         {
             "env": row["env"],
             "planner": row["planner"],
             "problems": f"{row['problems']}",
             "success %": success(row),
+            **({CLAIMED: _claimed(row, run.spread)} if has_claims else {}),
             **{run.heading(m): _moments(row, m, run.spread) for m in _primary(run)},
             **(_blocked(row, run) if known else {}),
             "offline s": number(row["offline_s"], 2),
@@ -243,9 +250,20 @@ def counted(outcomes: dict[str, str]) -> str:
     return ", ".join(f"{name} {count}" for name, count in outcomes.items())
 
 
+_DIGITS_OF_CLAIMS = 3
+
+
+def _claimed(row: dict[Any, Any], spread: str) -> str:
+    return _spread(row, CLAIMED_TIME, _DIGITS_OF_CLAIMS, spread)
+
+
 def _moments(row: dict[Any, Any], metric: Metric, spread: str) -> str:
+    return _spread(row, metric.name, metric.digits, spread)
+
+
+def _spread(row: dict[Any, Any], name: str, digits: int, spread: str) -> str:
     mean, around, median = (
-        number(row[f"{metric.name}_{of}"], metric.digits) for of in ("mean", spread, "median")
+        number(row[f"{name}_{of}"], digits) for of in ("mean", spread, "median")
     )
     return NONE if mean == NONE else f"{mean} ± {around} ({median})"
 

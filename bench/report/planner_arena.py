@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from bench.analysis.claims import ELSEWHERE
 from bench.analysis.run_results import RunResults, repeats_of
 from bench.analysis.summary import attempted_records, why_not_attempted
 from bench.judging.metric import Metric
@@ -121,7 +122,7 @@ def write(run: RunResults, file: Path) -> None:
     metrics by their own names (OMPL's clearance is a mean over waypoints, none of ours), and
     `solution_time`, which is `time` without what failures took. `status` is the
     outcome, `correct_solution` what the judge says of a claimed path, NULL without one or if the
-    judge did not decide.
+    judge did not decide. Times of what was planned elsewhere are NULL, as nobody measured them.
     `progress` has the best length over time of verified successes. What was not attempted is no
     run, since rates are of all runs: `setup` has the reason, by planner, as `not_attempted`.
 
@@ -257,6 +258,8 @@ def _samples(history: Array, end_s: float, limit_s: float) -> list[list[float]]:
 def _attributes(row: Mapping[Any, Any], metrics: Sequence[Metric]) -> dict[str, Any]:
     """What is known of an attempt, in the columns of `runs`."""
     spent = {name: _finite(row[column]) for name, (_, column) in _SPENT.items()}
+    if row.get(ELSEWHERE):
+        spent |= dict.fromkeys(("setup_time", "training_time"))
     found = {_OMPLS.get(m.name, m.name): _finite(row[m.name]) for m in metrics}
     waypoints = found["solution_segments"]
     found["solution_segments"] = None if waypoints is None else int(waypoints) - 1

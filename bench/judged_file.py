@@ -1,0 +1,270 @@
+"""The judge's word on the paths of a file, and the numbers of those that are valid."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import envs
+from bench.execution.config import check_range
+from bench.execution.measurement import judged_path
+from bench.judging.judge import Judge, Judgement
+from bench.judging.metric import Metric
+from bench.judging.metrics import REGISTERED
+from bench.report import formatting, markdown
+from bench.storage.record import OF_ANY_PATH, Verdict
+from envs import Environment, InputError, Problem
+from envs.problem import Array
+from envs.seeding import TEST_SEEDS
+from planners import Status
+from planners.recorded.path_file import PathFile, RecordedPath, check_fits, read
+
+MOST_PROBLEMS = 1_000_000
+
+_NO_PROBLEM = (
+    "Where no problem is named, a path is judged from its own first waypoint to its own last, so "
+    "that its verdict cannot be WRONG_ENDPOINT."
+)
+
+
+@dataclass(frozen=True)
+class JudgedPath:
+    """A path of a file.
+
+    Attributes:
+        recorded: what the file says.
+        judgement: the judge's, with the first contact of one that collides; None where the file
+            has no path and claims none.
+    """
+
+    recorded: RecordedPath
+    judgement: Judgement | None
+
+
+@dataclass(frozen=True)
+class JudgedFile:
+    """All paths of a file, judged in an environment.
+
+    Attributes:
+        file: where they are from.
+        env, fingerprint: the environment's id and fingerprint.
+        seed: of the problems.
+        paths: in the order of the file.
+        units: the environment's.
+    """
+
+    file: Path
+    env: str
+    fingerprint: str
+    seed: int
+    paths: tuple[JudgedPath, ...]
+    units: Mapping[str, str]
+
+    @property
+    def judgements(self) -> list[Judgement]:
+        """Of all that was judged."""
+        return [path.judgement for path in self.paths if path.judgement is not None]
+
+    @property
+    def all_valid(self) -> bool:
+        """Whether the judge refuses none."""
+        return all(found.verdict is Verdict.VALID for found in self.judgements)
+
+    @property
+    def metrics(self) -> list[Metric]:
+        """Those that need no clock and have a value here."""
+        has = {
+            name for found in self.judgements for name, v in _values(found).items() if v is not None
+        }
+        return [metric for metric in REGISTERED if not metric.timed and metric.name in has]
+
+    @property
+    def text(self) -> str:
+        """A table of all paths, and below it a line for each that is refused."""
+        return "\n\n".join(filter(None, self._parts())) + "\n"
+
+    def _parts(self) -> Iterator[str]:
+        counts = Counter(found.verdict.value for found in self.judgements)
+        told = ", ".join(f"{name} {count}" for name, count in counts.items()) or "none judged"
+        yield f"{self.file} in {self.env}, problems of seed {self.seed}: {told}."
+        yield markdown.table([self._row(path) for path in self.paths])
+        refused = [path for path in self.paths if _is_refused(path.judgement)]
+        yield "\n".join(f"- {_refusal(path)}" for path in refused)
+        if any(path.recorded.problem is None for path in self.paths):
+            yield _NO_PROBLEM
+
+    def _row(self, path: JudgedPath) -> dict[str, str]:
+        found, problem = path.judgement, path.recorded.problem
+        values = {} if found is None else _values(found)
+        numbers = {
+            metric.heading([self.units]): _number(values.get(metric.name), metric.digits)
+            for metric in self.metrics
+        }
+        return {
+            "path": path.recorded.place,
+            "problem": formatting.NONE if problem is None else str(problem),
+            "verdict": path.recorded.status.value if found is None else found.verdict.value,
+            **numbers,
+        }
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """The same as JSON data, unrounded."""
+        return {
+            "file": str(self.file),
+            "env": self.env,
+            "environment": self.fingerprint,
+            "seed": self.seed,
+            "units": dict(self.units),
+            "paths": [_data(path) for path in self.paths],
+        }
+
+
+def _values(judgement: Judgement) -> dict[str, float | None]:
+    """By the metrics' names: of a valid path all, of others what means something of it, too."""
+    known = {name: getattr(judgement, name) for name in OF_ANY_PATH}
+    return {**known, **judgement.metrics}
+
+
+def _number(value: float | None, digits: int) -> str:
+    return formatting.NONE if value is None else formatting.number(value, digits)
+
+
+def _is_refused(judgement: Judgement | None) -> bool:
+    return judgement is not None and judgement.verdict is not Verdict.VALID
+
+
+def _refusal(path: JudgedPath) -> str:
+    found, recorded = path.judgement, path.recorded
+    assert found is not None
+    contact = found.contact
+    problem = "" if recorded.problem is None else f", problem {recorded.problem}"
+    where = "" if contact is None else f"; the configuration is {_told(contact.configuration)}"
+    return f"{recorded.place}{problem}: {found.verdict.value}: {found.reason}{where}."
+
+
+def _told(q: Array) -> str:
+    return f"({', '.join(f'{value:.6g}' for value in q)})"
+
+
+def _data(path: JudgedPath) -> dict[str, Any]:
+    recorded, found = path.recorded, path.judgement
+    said = {
+        "place": recorded.place,
+        "problem": recorded.problem,
+        "status": recorded.status.value,
+        "claimed_solve_s": recorded.solve_s,
+    }
+    if found is None:
+        return {**said, "verdict": None, "reason": recorded.failure, "metrics": {}, "contact": None}
+    timed = {metric.name for metric in REGISTERED if metric.timed}
+    values = {name: value for name, value in _values(found).items() if name not in timed}
+    contact = found.contact
+    return {
+        **said,
+        "verdict": found.verdict.value,
+        "reason": found.reason,
+        "metrics": {name: value for name, value in values.items() if value is not None},
+        "contact": None
+        if contact is None
+        else {
+            "configuration": contact.configuration.tolist(),
+            "share": contact.share,
+            "waypoint": contact.waypoint,
+            "between": contact.between,
+            "distance": contact.distance,
+            "text": contact.text,
+        },
+    }
+
+
+def judge_file(
+    env: str, file: str | Path, *, problems: int | None = None, seed: int | None = None
+) -> JudgedFile:
+    """The judge's verdict on each path of a file, where the first contact of those that collide is,
+    and the metrics of those that are valid. It is the judge of runs, with a model of its own.
+
+    Args:
+        env: the environment's name, as in "c3d:scene=3".
+        file: of paths: .csv, .json, .npz, or .txt as OMPL's printAsMatrix prints them; the page on
+            other programs' paths says what is in them.
+        problems: int, how many problems there are, whose indices the file may name: those of a run
+            with as many. By default as many as it names.
+        seed: int, of the problems, as of a run; by default the file's own, or 0.
+
+    Returns:
+        `JudgedFile`, with `paths`, `text` and `data`.
+
+    Raises:
+        InputError: the file cannot be read, is malformed, is for another environment, or names a
+            problem that there is not; or problems have scenes of their own and it names none.
+
+    Example:
+        >>> import bench
+        >>> bench.judge_file("c3d", "paths.json").all_valid  # doctest: +SKIP
+        True
+    """
+    entry, source = envs.REGISTRY.entry(env), Path(file)
+    said = read(source)
+    world = entry.make()
+    check_fits(said, world, source)
+    chosen = _seed(said, seed, source)
+    _check_problems_named(said, world, entry.id, source)
+    known = _problems(said, world, problems, chosen, source)
+    judge = Judge(world)
+    found = tuple(_judged(judge, path, known) for path in said.paths)
+    return JudgedFile(source, entry.id, world.fingerprint, chosen, found, world.units)
+
+
+def _seed(said: PathFile, seed: int | None, file: Path) -> int:
+    if seed is None:
+        return said.seed or 0
+    check_range("--seed", seed, 0, TEST_SEEDS - 1)
+    if said.seed not in (None, seed):
+        raise InputError(f"--seed {seed}: {file} is for the problems of seed {said.seed}")
+    return seed
+
+
+def _check_problems_named(said: PathFile, env: Environment, id: str, file: Path) -> None:
+    for path in said.paths:
+        if path.waypoints is None and path.problem is None:
+            raise InputError(f"{file}: {path.place} has neither a path nor a problem")
+        if env.scenes_differ and path.problem is None:
+            raise InputError(
+                f"{file}: {path.place} does not say for which problem it is, and in {id} each "
+                "problem has a scene of its own; give each path the index of its problem"
+            )
+
+
+def _problems(
+    said: PathFile, env: Environment, problems: int | None, seed: int, file: Path
+) -> Sequence[Problem]:
+    """The problems of a run with as many and this seed."""
+    named = [path for path in said.paths if path.problem is not None]
+    last = max(named, key=lambda path: path.problem or 0, default=None)
+    needed = 0 if last is None else (last.problem or 0) + 1
+    if problems is not None:
+        check_range("--problems", problems, 1, MOST_PROBLEMS)
+    most = MOST_PROBLEMS if problems is None else problems
+    if last is not None and needed > most:
+        raise InputError(
+            f"{file}: {last.place}: there is no problem {last.problem} among {most}, whose indices "
+            "begin at 0; give --problems as the run had it"
+        )
+    return env.sample_problems(needed, seed) if needed else []
+
+
+def _judged(judge: Judge, path: RecordedPath, problems: Sequence[Problem]) -> JudgedPath:
+    waypoints = path.waypoints
+    if waypoints is None and path.status is not Status.EXACT_SOLUTION:
+        return JudgedPath(path, None)
+    if path.problem is not None:
+        problem = problems[path.problem]
+    else:
+        assert waypoints is not None, "which was looked at"
+        problem = Problem(waypoints[0], waypoints[-1])
+    found = judged_path(judge, problem, waypoints)
+    return JudgedPath(path, judge.with_contact(found, problem, waypoints))
