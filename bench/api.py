@@ -57,7 +57,8 @@ class Run:
     @cached_property
     def attempts(self) -> pd.DataFrame:
         """A row for each attempt, whatever became of it, with the columns of
-        `bench.storage.record.Record` but for the path, and one for each metric: among others `env`,
+        `bench.storage.record.Record` but for the path, one for each metric, and two for what was
+        planned elsewhere (`planned_elsewhere`, `claimed_solve_s`): among others `env`,
         `planner`, `problem` (its index), `outcome` ("VALID" is a verified success within the time
         limit), `solve_s` (planning time in seconds), `length` (in the environment's unit),
         `safety_margin` (in workspace units) and `error`."""

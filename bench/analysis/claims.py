@@ -17,6 +17,9 @@ ELSEWHERE, CLAIMED_S = "planned_elsewhere", "claimed_solve_s"
 
 CLAIM = "claimed, not timed here"
 
+MEASURED, CLAIMED = "measured", "claimed"
+"""Where times are from."""
+
 
 def with_claims(records: pd.DataFrame, selection: Mapping[str, Any]) -> pd.DataFrame:
     """Records of a run with two more columns: whether the path was planned elsewhere, and the
@@ -38,6 +41,13 @@ def with_claims(records: pd.DataFrame, selection: Mapping[str, Any]) -> pd.DataF
 def were_planned_elsewhere(attempts: pd.DataFrame) -> bool:
     """Whether any of some attempts was. Records may lack the column, as none were then."""
     return ELSEWHERE in attempts and bool(attempts[ELSEWHERE].any())
+
+
+def time_source(attempts: pd.DataFrame) -> str | None:
+    """Where one planner's times are from; None without attempts."""
+    if attempts.empty:
+        return None
+    return CLAIMED if were_planned_elsewhere(attempts) else MEASURED
 
 
 def planned_here(records: pd.DataFrame) -> pd.DataFrame:

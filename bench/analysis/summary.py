@@ -25,7 +25,7 @@ _REST = (
     *("blocked_attempted", "blocked_solved", "blocked_success_rate", "blocked_length_mean"),
     "held_to",
     *timing.COLUMNS,
-    *(claims.ELSEWHERE, *(f"{CLAIMED_TIME}_{name}" for name in _MOMENTS)),
+    *("time_source", *(f"{CLAIMED_TIME}_{name}" for name in _MOMENTS)),
 )
 
 _PROBLEM = ["env_fingerprint", "problem"]
@@ -63,8 +63,8 @@ def summarise(
     planner's help, of planners whose `stats` say so. `cpu_share_median` is how much of a core an
     attempt had while it planned (`shared_cores`), `processors` how many processors there
     were, by name. `scene_s_median` is of getting ready for problems' scenes, empty where all have
-    the same. What was planned elsewhere (`planned_elsewhere`) has no times, setting up included,
-    but `claimed_time_s` of verified successes. Columns with `blocked_` in front are of the problems
+    the same. What was planned elsewhere has no times, setting up included, but `claimed_time_s` of
+    verified successes; `time_source` says so. Columns with `blocked_` in front are of the problems
     whose straight line is blocked, empty where that is not known. `held_to`, and what is of common
     lengths, is for `RunResults.summary` to say.
 
@@ -108,7 +108,7 @@ def _row(
         "status_counts": json.dumps(all_records["outcome"].value_counts().to_dict()),
         "fallbacks": _fallbacks(solved),
         CENSORED_TIME: censored_median(here["solve_s"].astype(float), successes[here.index]),
-        claims.ELSEWHERE: claims.were_planned_elsewhere(records),
+        "time_source": claims.time_source(records),
         "reason": why_not_attempted(all_records),
         "cpu_share_median": cpu_shares(records).median(),
         "scene_s_median": records["scene_s"].astype(float).median(),
@@ -116,7 +116,7 @@ def _row(
     }
     for metric in metrics:
         row |= _moments(metric.name, solved[metric.name])
-    if row[claims.ELSEWHERE]:
+    if claims.were_planned_elsewhere(records):
         row |= _moments(CLAIMED_TIME, solved[claims.CLAIMED_S])
     return row | _of_blocked(records)
 

@@ -188,7 +188,7 @@ def _summed_up(times: np.ndarray) -> list[float]:
 def held_to(selection: Mapping[str, Any], planner: str) -> str:
     """What a planner was held to in a run, in words: where it might stop before the time limit."""
     if planner in selection.get(claims.ELSEWHERE, ()):
-        return "nothing here"
+        return "planned elsewhere"
     improves = selection.get("improves", {}).get(planner)
     stop = str(selection["settings"]["stop"])
     match = re.fullmatch(r"match:(.+):([0-9]+[.0-9e+-]*)", stop)

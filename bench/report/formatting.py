@@ -13,7 +13,7 @@ from typing import Any
 
 import pandas as pd
 
-from bench.analysis.claims import CLAIM, ELSEWHERE
+from bench.analysis import claims
 from bench.analysis.run_results import RunResults
 from bench.analysis.summary import CLAIMED_TIME
 from bench.judging.metric import Metric
@@ -37,7 +37,7 @@ REACHED_NOTE = (
     "takes for ever (a dash: most were not), and the share that was."
 )
 
-CLAIMED = f"s, {CLAIM}"
+CLAIMED = "claimed s, not timed here"
 """The title of planning times of what was planned elsewhere, where there is any."""
 
 BLOCKED_SUCCESS = "blocked: success %"
@@ -91,15 +91,15 @@ def success_rows(run: RunResults) -> list[dict[str, str]]:
     """
     summary = run.summary
     known = summary["blocked_attempted"].notna().any()
-    has_claims = summary[ELSEWHERE].any()
+    has_claims = (summary["time_source"] == claims.CLAIMED).any()
     return [
         {
             "env": row["env"],
             "planner": row["planner"],
             "problems": f"{row['problems']}",
             "success %": success(row),
-            **({CLAIMED: _claimed(row, run.spread)} if has_claims else {}),
             **{run.heading(m): _moments(row, m, run.spread) for m in _primary(run)},
+            **({CLAIMED: _claimed(row, run.spread)} if has_claims else {}),
             **(_blocked(row, run) if known else {}),
             "offline s": number(row["offline_s"], 2),
             "outcomes": counted(outcomes(row)) + because(row),

@@ -20,8 +20,8 @@ from itertools import groupby
 from typing import Any
 
 from envs.errors import brief, suggestion
-from planners.recorded.matrix_format import comment, parse_blocks, said_of, value_of
-from planners.recorded.path_file import OF_FILES, OF_PATHS, PathFile, Raw, decoded, number
+from planners.recorded.matrix_format import comment, lines_of, parse_blocks, said_of, value_of
+from planners.recorded.path_file import OF_FILES, OF_PATHS, PathFile, Raw, number
 
 _PATH = "path"
 Row = tuple[int, dict[str, str]]
@@ -34,7 +34,7 @@ def parse(data: bytes) -> tuple[dict[str, Any], list[Raw]]:
     Raises:
         ValueError: it is malformed.
     """
-    lines = decoded(data).splitlines()
+    lines = lines_of(data)
     first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
     if all(_is_number(cell) for cell in first.split(",")):
         return parse_blocks(lines, lambda line: line.split(","))

@@ -33,7 +33,16 @@ def parse(data: bytes) -> tuple[dict[str, Any], list[Raw]]:
     Raises:
         ValueError: it is malformed.
     """
-    return parse_blocks(decoded(data).splitlines(), str.split)
+    return parse_blocks(lines_of(data), str.split)
+
+
+def lines_of(data: bytes) -> list[str]:
+    """The lines of a text, counted as editors do.
+
+    Raises:
+        ValueError: it is no text.
+    """
+    return re.split(r"\r\n|\r|\n", decoded(data))
 
 
 def parse_blocks(

@@ -47,6 +47,7 @@ def parse(data: bytes) -> tuple[dict[str, Any], list[Raw]]:
     arrays = _arrays(data)
     if "waypoints" not in arrays:
         raise ValueError("it has no array waypoints")
+    alone = "lengths" not in arrays
     lengths = arrays.pop("lengths", np.array([len(arrays["waypoints"])]))
     of_file = {name: arrays.pop(name).item() for name in OF_FILES if name in arrays}
     waypoints = arrays.pop("waypoints")
@@ -59,7 +60,7 @@ def parse(data: bytes) -> tuple[dict[str, Any], list[Raw]]:
     found = []
     for number, (end, length) in enumerate(zip(ends, lengths, strict=True)):
         said = {name: _unsaid(name, array[number].item()) for name, array in arrays.items()}
-        if length:
+        if length or alone:
             said["waypoints"] = waypoints[end - length : end]
         found.append(Raw(f"path {number}", said))
     return of_file, found

@@ -18,13 +18,19 @@ class RecordedPaths(Planner):
     has for problems that nobody asks about is left alone.
 
     Args:
-        file: of paths, each with its problem's index; see `planners.recorded.path_file`.
+        file: of paths, each with its problem's index; see `planners.recorded.path_file`. It must
+            be given.
+
+    Raises:
+        InputError: it is not.
     """
 
     improves = False
     planned_elsewhere = True
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path | None = None) -> None:
+        if file is None:
+            raise InputError("recorded: name a file of paths, as in recorded:file=paths.json")
         self._file = file
 
     @cached_property

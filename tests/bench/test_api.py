@@ -45,7 +45,10 @@ def test_its_arguments_are_the_options_of_the_command() -> None:
 def test_data_frames_have_every_attempt_and_path(run: bench.Run) -> None:
     columns = [name for name in COLUMNS if name not in ("path", "metrics")]
     assert list(run.attempts.columns)[: len(columns)] == columns
-    assert set(run.attempts.columns[len(columns) :]) == {metric.name for metric in run.metrics}
+    assert set(run.attempts.columns[len(columns) :]) == {
+        *(metric.name for metric in run.metrics),
+        *("planned_elsewhere", "claimed_solve_s"),
+    }
     assert len(run.attempts) == 12
     assert run.summary["planner"].tolist() == PLANNERS.split(",")
     solved = run.attempts["outcome"] == "VALID"
