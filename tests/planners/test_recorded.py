@@ -14,9 +14,12 @@ from documents import block_after
 from hypothesis import given
 from hypothesis import strategies as st
 
+import envs
 import planners
 from envs import Environment, InputError, Problem
 from planners import Budget, Status
+from planners.ompl import parameters
+from planners.ompl.state_space import StateSpace
 from planners.recorded import path_file
 from planners.recorded.path_file import PathFile, RecordedPath
 
@@ -215,6 +218,28 @@ def test_a_path_alone_is_a_file_of_one(tmp_path: Path) -> None:
         assert path.waypoints is not None
         assert path.waypoints.tolist() == TWO, name
         assert (path.problem, path.solve_s, path.status) == (None, None, Status.EXACT_SOLUTION)
+
+
+@pytest.mark.parametrize("space", ["se2", "se3", "r3"])
+def test_what_ompl_prints_is_read(space: str, tmp_path: Path) -> None:
+    """To the six digits that it prints unless told to print more."""
+    env = envs.make(f"rigid:body=piano,space={space},world=c3d")
+    _, geometric, _ = parameters.load()
+    states = StateSpace(env.space)
+    information = states.information()  # OMPL's paths do not keep it alive
+    information.setup()
+    path = geometric.PathGeometric(information)
+    q = env.space.sample(np.random.default_rng(1), 3)
+    kept = [states.state(one) for one in q]
+    for state in kept:
+        path.append(state())
+    file = tmp_path / "printed.txt"
+    file.write_text(2 * path.printAsMatrix())
+    for found in path_file.read(file).paths:
+        assert found.waypoints is not None
+        off = env.space.distance(found.waypoints, q)
+        assert (off < 1e-4).all()
+        assert (off > 0).any(), "so that its ends are not where they should be"
 
 
 def test_the_examples_of_the_page_say_the_same(tmp_path: Path) -> None:
