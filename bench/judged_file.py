@@ -50,7 +50,8 @@ class JudgedFile:
 
     Attributes:
         file: where they are from.
-        env, fingerprint: the environment's id and fingerprint.
+        env: the environment's id.
+        fingerprint: the environment's.
         seed: of the problems.
         paths: in the order of the file.
         units: the environment's.

@@ -17,13 +17,16 @@ ELSEWHERE, CLAIMED_S = "planned_elsewhere", "claimed_solve_s"
 
 CLAIM = "claimed, not timed here"
 
+_OFFLINE = ("setup_s", "train_s", "scene_s")
+
 MEASURED, CLAIMED = "measured", "claimed"
 """Where times are from."""
 
 
 def with_claims(records: pd.DataFrame, selection: Mapping[str, Any]) -> pd.DataFrame:
     """Records of a run with two more columns: whether the path was planned elsewhere, and the
-    seconds that were claimed of it, NaN without a claim.
+    seconds that were claimed of it, NaN without a claim. What reading a file took here is not what
+    setting up took there, and becomes NaN.
 
     Args:
         selection: of the run; older ones do not say, as there was nothing then.
@@ -33,7 +36,11 @@ def with_claims(records: pd.DataFrame, selection: Mapping[str, Any]) -> pd.DataF
         claimed_solve_s(stats) if there else None
         for there, stats in zip(elsewhere, records["stats"], strict=True)
     ]
-    columns: dict[str, Any] = {ELSEWHERE: elsewhere, CLAIMED_S: np.array(claimed, dtype=float)}
+    columns: dict[str, Any] = {
+        ELSEWHERE: elsewhere,
+        CLAIMED_S: np.array(claimed, dtype=float),
+        **{name: records[name].mask(elsewhere) for name in _OFFLINE},
+    }
     whole: pd.DataFrame = records.assign(**columns)
     return whole
 

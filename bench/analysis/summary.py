@@ -91,8 +91,7 @@ def _row(
     successes = records["outcome"] == Verdict.VALID.value
     solved = records[successes]
     low, high = _success_interval(records, successes)
-    here = claims.planned_here(records)
-    setup_s, train_s = (here[name].astype(float).max() for name in ("setup_s", "train_s"))
+    setup_s, train_s = (records[name].astype(float).max() for name in ("setup_s", "train_s"))
     row: dict[str, object] = {
         "env": env,
         "planner": planner,
@@ -107,7 +106,7 @@ def _row(
         "offline_s": setup_s + train_s,
         "status_counts": json.dumps(all_records["outcome"].value_counts().to_dict()),
         "fallbacks": _fallbacks(solved),
-        CENSORED_TIME: censored_median(here["solve_s"].astype(float), successes[here.index]),
+        CENSORED_TIME: _censored_time(claims.planned_here(records)),
         "time_source": claims.time_source(records),
         "reason": why_not_attempted(all_records),
         "cpu_share_median": cpu_shares(records).median(),
@@ -119,6 +118,11 @@ def _row(
     if claims.were_planned_elsewhere(records):
         row |= _moments(CLAIMED_TIME, solved[claims.CLAIMED_S])
     return row | _of_blocked(records)
+
+
+def _censored_time(records: pd.DataFrame) -> float:
+    solved = records["outcome"] == Verdict.VALID.value
+    return censored_median(records["solve_s"].astype(float), solved)
 
 
 def _moments(name: str, column: pd.Series) -> dict[str, object]:

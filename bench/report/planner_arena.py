@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.analysis.claims import ELSEWHERE
 from bench.analysis.run_results import RunResults, repeats_of
 from bench.analysis.summary import attempted_records, why_not_attempted
 from bench.judging.metric import Metric
@@ -258,8 +257,6 @@ def _samples(history: Array, end_s: float, limit_s: float) -> list[list[float]]:
 def _attributes(row: Mapping[Any, Any], metrics: Sequence[Metric]) -> dict[str, Any]:
     """What is known of an attempt, in the columns of `runs`."""
     spent = {name: _finite(row[column]) for name, (_, column) in _SPENT.items()}
-    if row.get(ELSEWHERE):
-        spent |= dict.fromkeys(("setup_time", "training_time"))
     found = {_OMPLS.get(m.name, m.name): _finite(row[m.name]) for m in metrics}
     waypoints = found["solution_segments"]
     found["solution_segments"] = None if waypoints is None else int(waypoints) - 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 
@@ -28,13 +29,14 @@ CSV = (
 MATRICES = (block_after("paths: txt"), "0.5 1 \n2 3 \n\n4 5 \n6 7 \n\n")
 
 
-def fuzz(name: str, file: Path, samples: tuple[str, ...]) -> None:
-    fuzzed(name, contents(samples), lambda content: parsed(file, content), check)
+def reader(file: Path) -> Callable[[bytes], PathFile]:
+    """Reads what it is given from a file."""
 
+    def parse(content: bytes) -> PathFile:
+        file.write_bytes(content)
+        return path_file.read(file)
 
-def parsed(file: Path, content: bytes) -> PathFile:
-    file.write_bytes(content)
-    return path_file.read(file)
+    return parse
 
 
 def check(found: PathFile) -> None:
@@ -50,15 +52,15 @@ def check(found: PathFile) -> None:
 
 
 def test_json(tmp_path: Path) -> None:
-    fuzz("paths as JSON", tmp_path / "paths.json", JSON)
+    fuzzed("paths as JSON", contents(JSON), reader(tmp_path / "paths.json"), check)
 
 
 def test_csv(tmp_path: Path) -> None:
-    fuzz("paths as CSV", tmp_path / "paths.csv", CSV)
+    fuzzed("paths as CSV", contents(CSV), reader(tmp_path / "paths.csv"), check)
 
 
 def test_matrices(tmp_path: Path) -> None:
-    fuzz("paths as matrices", tmp_path / "paths.txt", MATRICES)
+    fuzzed("paths as matrices", contents(MATRICES), reader(tmp_path / "paths.txt"), check)
 
 
 @pytest.fixture(scope="module")
@@ -77,5 +79,4 @@ def test_arrays(tmp_path: Path, archive: bytes) -> None:
         return archive[:at] + (b"" if byte >= 250 else bytes([byte]) + archive[at + 1 :])
 
     places = st.tuples(st.integers(0, len(archive) - 1), st.integers(0, 255)).map(changed)
-    file = tmp_path / "paths.npz"
-    fuzzed("paths as arrays", [places], lambda content: parsed(file, content), check)
+    fuzzed("paths as arrays", [places], reader(tmp_path / "paths.npz"), check)
