@@ -20,6 +20,7 @@ import envs
 import planners
 from bench.analysis.claims import with_claims
 from bench.analysis.comparison import compare, pair_runs
+from bench.analysis.regression import Baseline
 from bench.analysis.run_results import RunResults
 from bench.judging.metrics import METRICS
 from bench.report import html, latex, markdown, plots
@@ -62,6 +63,19 @@ class Careless(Planner):
             case 6:
                 raise RuntimeError("no\nway")
         return PlannerResult(Status.EXACT_SOLUTION, ends)
+
+
+class Replays(Planner):
+    """Hands over straight lines, and claims what it likes of their times."""
+
+    improves = False
+    planned_elsewhere = True
+
+    def solve(self, problem: Any, budget: Budget) -> PlannerResult:
+        claim = {"claimed_solve_s": "soon" if problem.index % 2 else 1e-9}
+        history = {"cost_history": [[1e-9, 1.0]]}
+        ends = [problem.start, problem.goal]
+        return PlannerResult(Status.EXACT_SOLUTION, ends, {**claim, **history})
 
 
 @pytest.fixture
@@ -316,6 +330,34 @@ def test_no_test_of_times_has_them() -> None:
     assert "claimed, not timed here" in table.loc["time_s", "reason"]
     assert math.isnan(table.loc["time_s", "p"])
     assert table.loc["length", "verdict"] == "same"
+
+
+def test_the_gate_has_no_times_of_them() -> None:
+    rows = Baseline.of(mixed()).rows
+    assert np.isnan(rows["c3d", "elsewhere"].values["time"]).all()
+    assert np.isfinite(rows["c3d", "timed"].values["time"]).all()
+    assert np.isfinite(rows["c3d", "elsewhere"].values["length"]).all()
+
+
+@pytest.mark.usefixtures("in_process_workers")
+def test_a_planner_of_ones_own_that_replays_is_not_timed(bench: Cli, tmp_path: Path) -> None:
+    spec = Spec("replays", f"{__name__}:Replays", "hands over lines", in_all=False)
+    planners.REGISTRY.register(spec)
+    try:
+        run = ("--problems", 6, "--stop", "first", "--out", tmp_path)
+        code, out, _ = bench("run", "--env", "c3d", "--planners", "replays,rrtconnect", *run)
+    finally:
+        planners.REGISTRY.unregister(spec.id)
+    assert code == 0
+    assert "`replays` in `c3d` was planned elsewhere" in out
+    assert "`rrtconnect` in `c3d` was" not in out
+    records = records_of(tmp_path)
+    own = records[records["planner"] == "replays"]
+    assert own[["solve_s", "time_s", "first_solution_s", "setup_s"]].isna().all(axis=None)
+    assert own["claimed_solve_s"].fillna(-1).tolist() == [1e-9, -1] * 3
+    others = records[records["planner"] == "rrtconnect"]
+    assert others[["solve_s", "setup_s"]].notna().all(axis=None)
+    assert others["claimed_solve_s"].isna().all()
 
 
 @pytest.mark.usefixtures("in_process_workers")
