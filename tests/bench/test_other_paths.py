@@ -229,8 +229,8 @@ def test_what_does_not_fit_is_refused_in_a_line(
     judge = ("judge", "--env", "c3d", "--paths")
     other = of_c3d(tmp_path / "other.json", RecordedPath(free, 3), environment="abc")
     assert "fingerprint abc" in refused(*judge, other)
-    run = ("run", "--env", "c3d", "--planners", f"recorded:file={other}", "--problems", 2)
-    assert "fingerprint abc" in refused(*run)
+    run = ("run", "--env", "c3d", "--problems", 2, "--stop", "first", "--planners")
+    assert "fingerprint abc" in refused(*run, f"recorded:file={other}")
     two = of_c3d(tmp_path / "two.csv", RecordedPath(free[:, :2], 3))
     assert f"{two}: line 2: waypoints have 2 numbers" in refused(*judge, two)
     lost = of_c3d(tmp_path / "lost.json", RecordedPath(None, status=Status.TIMEOUT))
@@ -239,8 +239,7 @@ def test_what_does_not_fit_is_refused_in_a_line(
     assert "nan.csv: line 2 holds NaN" in refused(*judge, tmp_path / "nan.csv")
     assert "no argument" not in refused(*judge, tmp_path / "missing.csv")
     assert "unknown environment" in refused("judge", "--env", "c4d", "--paths", two)
-    without = refused("run", "--env", "c3d", "--planners", "recorded", "--problems", 2)
-    assert "name a file of paths, as in recorded:file=paths.json" in without
+    assert "name a file of paths, as in recorded:file=paths.json" in refused(*run, "recorded")
 
 
 def test_where_scenes_differ_a_path_must_say_its_problem(
