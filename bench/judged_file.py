@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from typing import Any
 import envs
 from bench.execution.config import check_range
 from bench.execution.measurement import judged_path
-from bench.judging.judge import Judge, Judgement
+from bench.judging.judge import ENDPOINT_TOLERANCE, Judge, Judgement
 from bench.judging.metric import Metric
 from bench.judging.metrics import REGISTERED
 from bench.report import formatting, markdown
@@ -27,6 +28,13 @@ MOST_PROBLEMS = 1_000_000
 _NO_PROBLEM = (
     "Where no problem is named, a path is judged from its own first waypoint to its own last, so "
     "that its verdict cannot be WRONG_ENDPOINT."
+)
+
+
+_WRONG_ENDS = (
+    f"WRONG_ENDPOINT: the ends of a path must be within {ENDPOINT_TOLERANCE:g} of the problem's "
+    "start and goal. Numbers that were printed with few digits, as C++ does, are further off; "
+    "another seed or index is another problem."
 )
 
 
@@ -77,10 +85,9 @@ class JudgedFile:
     @property
     def metrics(self) -> list[Metric]:
         """Those that need no clock and have a value here."""
-        has = {
-            name for found in self.judgements for name, v in _values(found).items() if v is not None
-        }
-        return [metric for metric in REGISTERED if not metric.timed and metric.name in has]
+        values = [item for found in self.judgements for item in _values(found).items()]
+        known = {name for name, value in values if value is not None}
+        return [metric for metric in REGISTERED if not metric.timed and metric.name in known]
 
     @property
     def text(self) -> str:
@@ -90,12 +97,16 @@ class JudgedFile:
     def _parts(self) -> Iterator[str]:
         counts = Counter(found.verdict.value for found in self.judgements)
         told = ", ".join(f"{name} {count}" for name, count in counts.items()) or "none judged"
-        yield f"{self.file} in {self.env}, problems of seed {self.seed}: {told}."
+        named = any(path.recorded.problem is not None for path in self.paths)
+        problems = f", problems of seed {self.seed}" if named else ""
+        yield f"{self.file} in {self.env}{problems}: {told}."
         yield markdown.table([self._row(path) for path in self.paths])
         refused = [path for path in self.paths if _is_refused(path.judgement)]
         yield "\n".join(f"- {_refusal(path)}" for path in refused)
         if any(path.recorded.problem is None for path in self.paths):
             yield _NO_PROBLEM
+        if Verdict.WRONG_ENDPOINT.value in counts:
+            yield _WRONG_ENDS
 
     def _row(self, path: JudgedPath) -> dict[str, str]:
         found, problem = path.judgement, path.recorded.problem
@@ -113,7 +124,8 @@ class JudgedFile:
 
     @property
     def data(self) -> dict[str, Any]:
-        """The same as JSON data, unrounded."""
+        """The same as JSON data, unrounded; None for what is endless, as JSON has no word for
+        it."""
         return {
             "file": str(self.file),
             "env": self.env,
@@ -168,7 +180,11 @@ def _data(path: JudgedPath) -> dict[str, Any]:
         **said,
         "verdict": found.verdict.value,
         "reason": found.reason,
-        "metrics": {name: value for name, value in values.items() if value is not None},
+        "metrics": {
+            name: value if math.isfinite(value) else None
+            for name, value in values.items()
+            if value is not None
+        },
         "contact": None
         if contact is None
         else {

@@ -22,8 +22,11 @@ from bench.analysis.claims import with_claims
 from bench.analysis.comparison import compare, pair_runs
 from bench.analysis.regression import Baseline
 from bench.analysis.run_results import RunResults
+from bench.judged_file import JudgedFile, JudgedPath
+from bench.judging.judge import Judgement
 from bench.judging.metrics import METRICS
 from bench.report import html, latex, markdown, plots
+from bench.storage.record import Verdict
 from envs import REGISTRY, Environment
 from envs.registry import Spec
 from planners import Budget, Planner, PlannerResult, Status
@@ -177,7 +180,8 @@ def test_what_is_printed_of_each_path(bench: Cli, tmp_path: Path, c3d: Environme
     assert "time s" not in out, "nothing was timed"
     judged = package.judge("c3d", c3d.sample_problems(1, 0)[0], blocked)
     assert f"- line 3, problem 0: COLLISION: {judged.reason}; the configuration is (" in out
-    assert "WRONG_ENDPOINT cannot" not in out.replace("be WRONG", "WRONG")
+    assert "cannot be WRONG_ENDPOINT" not in out
+    assert "must be within 1e-06 of the problem's start and goal" in out
     assert package.judge_file("c3d", file).paths[0].judgement.reason == judged.reason
 
 
@@ -189,10 +193,24 @@ def test_without_a_problem_it_is_judged_between_its_own_ends(
     code, out, _ = bench("judge", "--env", "c3d", "--paths", file)
     assert code == 0
     assert "its verdict cannot be WRONG_ENDPOINT" in out
+    assert "1e-06" not in out
     code, out, _ = bench("judge", "--env", "c3d", "--paths", of_c3d(file, RecordedPath(blocked)))
     assert code == 1
     none = of_c3d(tmp_path / "none.json", RecordedPath(None, 0, status=Status.INFEASIBLE))
     assert bench("judge", "--env", "c3d", "--paths", none)[0] == 3
+
+
+def test_json_has_no_word_for_what_is_endless() -> None:
+    """Where there are no obstacles, nothing is near."""
+    values = {"length": 1.5, "safety_margin": math.inf, "duration_s": None}
+    path = RecordedPath(np.array([[0.0], [1.5]]), place="line 1")
+    judged = JudgedPath(path, Judgement(Verdict.VALID, "", 2, 1.5, math.inf, values))
+    units = {"configuration": "units", "workspace": "units"}
+    found = JudgedFile(Path("paths.txt"), "box", "abc", 0, (judged,), units)
+    assert found.all_valid
+    [told] = json.loads(json.dumps(found.data, allow_nan=False))["paths"]
+    assert told["metrics"] == {"length": 1.5, "waypoints": 2, "safety_margin": None}
+    assert "| inf " in found.text
 
 
 def test_indices_are_those_of_a_run_with_the_seed(
