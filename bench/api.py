@@ -191,17 +191,19 @@ def run(
     env: Names,
     planners: Names = "all",
     *,
-    problems: int = 50,
+    problems: int | None = None,
     repeats: int = 1,
     seed: int = 0,
     time_limit: float = 5.0,
     stop: str = PAPER,
     jobs: int = 1,
     memory_limit: int = 4096,
+    problem_file: str | Path | None = None,
     planner_file: Iterable[str | Path] = (),
     metric_file: Iterable[str | Path] = (),
     device: str = CPU,
     no_train: bool = False,
+    keep_invalid: bool = False,
     out: str | Path | None = None,
     force: bool = False,
 ) -> Run:
@@ -211,7 +213,7 @@ def run(
     Args:
         env: environments, as in "c3d,c3d:scene=3,boxes=20" or ["c3d", "arm4"].
         planners: planners or groups of them, as in "fmm,rrtstar:range=2".
-        problems: int, how many an environment.
+        problems: int, how many an environment; by default 50, of sets of problems all.
         repeats: int, how often each planner attempts each of them, with another seed each time.
         seed: int from 0, of problems, planners and their order.
         time_limit: float, seconds a problem.
@@ -219,10 +221,13 @@ def run(
             "match:PLANNER[:TOLERANCE]" or "paper".
         jobs: int, planners at a time, at most as many as there are physical cores.
         memory_limit: int, MB, of each planner's process.
+        problem_file: file of problems (.csv, .json, .yaml), in place of drawn ones.
         planner_file: files of Python with planners of your own.
         metric_file: files of Python with metrics of your own.
         device: of PyTorch, "cpu" or "cuda", for learned planners.
         no_train: bool, whether learned planners without weights are left out instead of trained.
+        keep_invalid: bool, whether problems whose start or goal the judge refuses are attempted and
+            counted all the same.
         out: folder to store in (by default results/runs/ENV).
         force: bool, whether to measure again what it holds.
 
@@ -257,6 +262,8 @@ def run(
             memory_limit_mb=memory_limit,
             train=not no_train,
             device=device,
+            keep_invalid=keep_invalid,
+            problem_file=None if problem_file is None else Path(problem_file),
         )
         folder = Path("results/runs") / config.problem_sets[0].entry.spec.id
         return Run(carry_out(config, folder if out is None else Path(out), force=force))

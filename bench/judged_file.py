@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import envs
-from bench.execution.config import check_range
 from bench.execution.measurement import judged_path
+from bench.execution.problem_choice import ProblemChoice
 from bench.judging.judge import ENDPOINT_TOLERANCE, Judge, Judgement
 from bench.judging.metric import Metric
 from bench.judging.metrics import REGISTERED
@@ -19,11 +19,8 @@ from bench.report import formatting, markdown
 from bench.storage.record import OF_ANY_PATH, Verdict
 from envs import Environment, InputError, Problem
 from envs.problem import Array
-from envs.seeding import TEST_SEEDS
 from planners import Status
 from planners.recorded.path_file import PathFile, RecordedPath, check_fits, read
-
-MOST_PROBLEMS = 1_000_000
 
 _NO_PROBLEM = (
     "Where no problem is named, a path is judged from its own first waypoint to its own last, so "
@@ -199,7 +196,12 @@ def _data(path: JudgedPath) -> dict[str, Any]:
 
 
 def judge_file(
-    env: str, file: str | Path, *, problems: int | None = None, seed: int | None = None
+    env: str,
+    file: str | Path,
+    *,
+    problems: int | None = None,
+    seed: int | None = None,
+    problem_file: str | Path | None = None,
 ) -> JudgedFile:
     """The judge's verdict on each path of a file, where the first contact of those that collide is,
     and the metrics of those that are valid. It is the judge of runs, with a model of its own.
@@ -209,15 +211,17 @@ def judge_file(
         file: of paths: .csv, .json, .npz, or .txt as OMPL's printAsMatrix prints them; the page on
             other programs' paths says what is in them.
         problems: int, how many problems there are, whose indices the file may name: those of a run
-            with as many. By default as many as it names.
+            with as many. By default any that there are.
         seed: int, of the problems, as of a run; by default the file's own, or 0.
+        problem_file: of problems, as of a run, in place of drawn ones.
 
     Returns:
         `JudgedFile`, with `paths`, `text` and `data`.
 
     Raises:
-        InputError: the file cannot be read, is malformed, is for another environment, or names a
-            problem that there is not; or problems have scenes of their own and it names none.
+        InputError: a file cannot be read, is malformed, is for another environment or other
+            problems, or names a problem that there is not; or problems have scenes of their own and
+            it names none.
 
     Example:
         >>> import bench
@@ -228,21 +232,28 @@ def judge_file(
     said = read(source)
     world = entry.make()
     check_fits(said, world, source)
-    chosen = _seed(said, seed, source)
+    posed = None if problem_file is None else Path(problem_file)
+    choice = _choice(said, source, problems, seed, posed)
     _check_problems_named(said, world, entry.id, source)
-    known = _problems(said, world, problems, chosen, source)
+    known = _problems(said, world, choice, source)
     judge = Judge(world)
     found = tuple(_judged(judge, path, known) for path in said.paths)
-    return JudgedFile(source, entry.id, world.fingerprint, chosen, found, world.units)
+    return JudgedFile(source, entry.id, world.fingerprint, choice.seed, found, world.units)
 
 
-def _seed(said: PathFile, seed: int | None, file: Path) -> int:
+def _choice(
+    said: PathFile, file: Path, count: int | None, seed: int | None, problem_file: Path | None
+) -> ProblemChoice:
     if seed is None:
-        return said.seed or 0
-    check_range("--seed", seed, 0, TEST_SEEDS - 1)
-    if said.seed not in (None, seed):
-        raise InputError(f"--seed {seed}: {file} is for the problems of seed {said.seed}")
-    return seed
+        seed = 0 if problem_file is not None or said.seed is None else said.seed
+    choice = ProblemChoice.checked(count, seed, problem_file)
+    if said.seed not in (None, choice.seed):
+        asked = f"--seed {seed}" if problem_file is None else f"--problem-file {problem_file}"
+        raise InputError(
+            f"{asked}: {file} is for other problems, those of seed {said.seed}; give what the run "
+            "was given"
+        )
+    return choice
 
 
 def _check_problems_named(said: PathFile, env: Environment, id: str, file: Path) -> None:
@@ -256,25 +267,26 @@ def _check_problems_named(said: PathFile, env: Environment, id: str, file: Path)
             )
 
 
+_MOST_PROBLEMS = 1_000_000
+
+
 def _problems(
-    said: PathFile, env: Environment, problems: int | None, seed: int, file: Path
-) -> Sequence[Problem]:
-    """The problems of a run with as many and this seed."""
-    named = [path for path in said.paths if path.problem is not None]
-    last = max(named, key=lambda path: path.problem or 0, default=None)
-    needed = 0 if last is None else (last.problem or 0) + 1
-    if problems is not None:
-        check_range("--problems", problems, 1, MOST_PROBLEMS)
-    most = MOST_PROBLEMS if problems is None else problems
-    if last is not None and needed > most:
-        raise InputError(
-            f"{file}: {last.place}: there is no problem {last.problem} among {most}, whose indices "
-            "begin at 0; give --problems as the run had it"
-        )
-    return env.sample_problems(needed, seed) if needed else []
+    said: PathFile, env: Environment, choice: ProblemChoice, file: Path
+) -> Mapping[int, Problem]:
+    """The problems that a file names, by their indices, as a run has them."""
+    given = None if choice.given is None else len(choice.given.posed)
+    most = min(n for n in (choice.count, given, env.problem_count, _MOST_PROBLEMS) if n is not None)
+    named = {path.problem: path for path in said.paths if path.problem is not None}
+    for index, path in named.items():
+        if index >= most:
+            raise InputError(
+                f"{file}: {path.place}: there is no problem {index} among {most}, whose indices "
+                "begin at 0"
+            )
+    return dict(zip(named, choice.at(env, list(named)), strict=True)) if named else {}
 
 
-def _judged(judge: Judge, path: RecordedPath, problems: Sequence[Problem]) -> JudgedPath:
+def _judged(judge: Judge, path: RecordedPath, problems: Mapping[int, Problem]) -> JudgedPath:
     waypoints = path.waypoints
     if waypoints is None and path.status is not Status.EXACT_SOLUTION:
         return JudgedPath(path, None)

@@ -15,6 +15,7 @@ import planners
 from bench.analysis.run_results import RunResults
 from bench.execution import measurement, weights_manager
 from bench.execution.config import CPU, ProblemSet, RunConfig, on_device, repeated
+from bench.execution.problem_choice import ProblemChoice
 from bench.execution.session import Session
 from bench.execution.stop_rule import StopRule
 from bench.execution.supervised_planner import SupervisedPlanner
@@ -106,8 +107,8 @@ def replay(
     attempts = attempts[attempts["repeat"] == repeat]
     whose = f"{folder}: {who.id}" if repeat == 0 else f"{folder}, repeat {repeat}: {who.id}"
     then = _row(attempts[attempts["planner"] == who.id], problem, whose)
-    problem_set = _made(where, problem, selection["seed"])
-    config = _config(selection, problem_set, who, problem)
+    problem_set = _made(where, problem, ProblemChoice.of_selection(selection))
+    config = _config(selection, problem_set, who)
     stop_cost = config.stop.stop_cost(_reference_length(config.stop, attempts, problem))
     now, contact = _attempted(config, repeat, stop_cost)
     return Replay(then, now, tuple(_notes(then, now, who)), contact)
@@ -163,33 +164,33 @@ def _missing(value: Any) -> bool:
     return value is None or (isinstance(value, float) and bool(np.isnan(value)))
 
 
-def _made(where: Mapping[str, Any], problem: int, seed: int) -> ProblemSet:
+def _made(where: Mapping[str, Any], problem: int, choice: ProblemChoice) -> ProblemSet:
     entry: Entry[Environment] = envs.REGISTRY.entry(where["id"])
-    problem_set = ProblemSet.make(entry, problem + 1, seed)
+    problem_set = ProblemSet.make(entry, replace(choice, count=1))
     if problem_set.env.fingerprint != where["fingerprint"]:
         raise InputError(
             f"{entry.id} is not what it was: its fingerprint was {where['fingerprint']} and is "
             f"{problem_set.env.fingerprint}; replay with the files and versions that the manifest "
             "names"
         )
-    return replace(problem_set, problems=problem_set.problems[problem:])
+    return replace(problem_set, problems=tuple(choice.at(problem_set.env, [problem])))
 
 
 def _config(
-    selection: Mapping[str, Any], problem_set: ProblemSet, planner: Entry[Planner], i: int
+    selection: Mapping[str, Any], problem_set: ProblemSet, planner: Entry[Planner]
 ) -> RunConfig:
     settings = selection["settings"]
     config = RunConfig(
         (problem_set,),
         (planner,),
-        i + 1,
-        selection["seed"],
+        ProblemChoice.of_selection(selection),
         settings["time_limit_s"],
         StopRule.parse(settings["stop"]),
         settings["jobs"],
         settings["memory_limit_mb"],
         train=False,
         device=checked_device(settings.get("device", CPU)),
+        keep_invalid="invalid_problems" in settings,
     )
     if config.settings != settings:
         old = settings["rules"]
@@ -209,7 +210,7 @@ def _reference_length(stop: StopRule, attempts: pd.DataFrame, problem: int) -> f
 def _attempted(config: RunConfig, repeat: int, stop_cost: float) -> tuple[Mapping[str, Any], str]:
     """The new row, and the contact of its path in words, "" if it has none."""
     [problem_set], [planner] = config.problem_sets, config.planners
-    [first] = problem_set.problems
+    [first] = problem_set.problems if config.keep_invalid else problem_set.facts.problems
     problem = repeated(first, repeat)
     wanted = on_device(planner, config.device)
     unready = weights_manager.unready(wanted, problem_set.shown, may_train=False)

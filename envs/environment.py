@@ -67,6 +67,8 @@ class Environment(ABC):
         allowed_apart: bool, whether `allowed` forbids nothing but that things are within others,
             so that it need not be asked where they are known not to be.
         scenes_differ: bool, whether problems have scenes of their own, see `scene_of`.
+        problem_count: int, how many problems there are, where these are a list, whatever the seed;
+            None where any number can be drawn.
 
     Example:
         >>> import envs
@@ -89,6 +91,7 @@ class Environment(ABC):
     trace_label: str = "middle of the robot"
     allowed_apart: bool = False
     scenes_differ: bool = False
+    problem_count: int | None = None
 
     def scene_of(self, problem: Problem) -> Environment:
         """The environment in which a problem lives, by default this one.
@@ -180,6 +183,12 @@ class Environment(ABC):
         return ()
 
     @property
+    def coordinate_names(self) -> Sequence[str]:
+        """What messages call each of a configuration's numbers: by default "coordinate 1" and so
+        on."""
+        return [f"coordinate {n + 1}" for n in range(self.space.size)]
+
+    @property
     def shape_names(self) -> Sequence[str]:
         """What messages call each of the robot's shapes: by default "the robot" where it has only
         one, else "shape 1", "shape 2" and so on."""
@@ -233,11 +242,21 @@ class Environment(ABC):
 
         Returns:
             n problems, `envs.Problem` with index 0, 1, ..., whose start and goal, (d,) within the
-            bounds, keep `min_clearance`.
+            bounds, keep `min_clearance`. Those of a list have the numbers that they have there, in
+            ascending order, and ends as they are there.
 
         Raises:
             InputError: the scene leaves too little free space.
         """
+
+    def problems_at(self, indices: Sequence[int], seed: int) -> list[Problem]:
+        """Problems of a seed by their indices (int), in that order.
+
+        Raises:
+            InputError: there is none of one of them.
+        """
+        made = self.sample_problems(max(indices, default=-1) + 1, seed)
+        return [made[index] for index in indices]
 
     def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
         """What is worth knowing of how the first `n` problems of `seed` came about: numbers by

@@ -16,9 +16,9 @@ import pandas as pd
 
 from bench.analysis import claims, timing
 from bench.analysis.summary import common_problems, faults, left_out_of_common, summarise
-from bench.judging.judge import BLOCKED
 from bench.judging.metric import Metric
 from bench.judging.metrics import known_metrics
+from bench.judging.problem_facts import BLOCKED
 from bench.storage.store import StoredRecords
 from envs import InputError
 
@@ -238,7 +238,7 @@ def _selected(store: StoredRecords, selection: dict[str, Any]) -> pd.DataFrame:
     )
     wanted = (
         rows["planner"].isin(selection["planners"])
-        & (rows["problem"] < selection["problems"])
+        & (rows["problem"] < rows["env_fingerprint"].map(_problems_of(selection)))
         & (rows["repeat"] < repeats_of(selection))
     )
     ranked = rows[wanted].assign(
@@ -250,6 +250,11 @@ def _selected(store: StoredRecords, selection: dict[str, Any]) -> pd.DataFrame:
     )
     chosen: pd.DataFrame = ordered.drop(columns=["env_rank", "planner_rank"])
     return chosen
+
+
+def _problems_of(selection: Mapping[str, Any]) -> dict[str, int]:
+    """The number after the last problem's, by fingerprint; older runs have one for all."""
+    return {e["fingerprint"]: e.get("problems", selection["problems"]) for e in selection["envs"]}
 
 
 def repeats_of(selection: Mapping[str, Any]) -> int:
@@ -274,7 +279,7 @@ def _caption(selection: dict[str, Any]) -> str:
     times = repeats_of(selection)
     often = f", {times} attempts a problem" if times > 1 else ""
     text = (
-        f"{selection['problems']} problems an environment{often}, seed {selection['seed']}, "
+        f"{_counts(selection)}{often}, {_origin(selection)}, "
         f"time limit {settings['time_limit_s']:g} s, stop rule `{settings['stop']}`, "
         f"{settings['jobs']} at a time."
     )
@@ -285,6 +290,23 @@ def _caption(selection: dict[str, Any]) -> str:
             )
             text += f" Problems of {env['id']}: {facts}."
     return text
+
+
+def _origin(selection: dict[str, Any]) -> str:
+    """Where the problems come from."""
+    given = selection.get("given_problems")
+    return f"of {given['file']}" if given else f"seed {selection['seed']}"
+
+
+def _counts(selection: dict[str, Any]) -> str:
+    """How many problems each environment has."""
+    numbers = _problems_of(selection)
+    counts = [numbers[env["fingerprint"]] for env in selection["envs"]]
+    if len(set(counts)) == 1:
+        return f"{counts[0]} problems an environment"
+    names = [env["id"] for env in selection["envs"]]
+    told = zip(counts, names, strict=True)
+    return f"{', '.join(f'{count} of {name}' for count, name in told)} problems"
 
 
 def names_of(selections: Sequence[Mapping[str, Any]]) -> dict[str, str]:

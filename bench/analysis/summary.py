@@ -12,7 +12,7 @@ from bench.analysis import claims, timing
 from bench.analysis.statistics import censored_median, clustered_wilson_interval
 from bench.analysis.timing import cpu_shares
 from bench.judging.metric import Metric
-from bench.storage.record import NOT_ATTEMPTED, Fault, Verdict
+from bench.storage.record import LEFT_OUT, NOT_ATTEMPTED, Fault, Verdict
 
 _MOMENTS = ("mean", "std", "var", "median")
 
@@ -21,7 +21,7 @@ CLAIMED_TIME = "claimed_time_s"
 _FIRST = ("env", "planner", "problems", "solved", "success_rate", "success_low", "success_high")
 _REST = (
     *("setup_s", "train_s", "offline_s", "status_counts", "fallbacks", "attempted", "reason"),
-    *("cpu_share_median", "processors", "scene_s_median"),
+    *("cpu_share_median", "processors", "scene_s_median", "invalid_problems"),
     *("blocked_attempted", "blocked_solved", "blocked_success_rate", "blocked_length_mean"),
     "held_to",
     *timing.COLUMNS,
@@ -32,6 +32,8 @@ _PROBLEM = ["env_fingerprint", "problem"]
 """What tells a problem from others, also where several environments are summed up as one."""
 
 CENSORED_TIME = "time_s_median_censored"
+
+NONE_VALID = "no problem is valid as posed; `bench problems` says why"
 
 _FAULTS = [fault.value for fault in Fault if fault.value not in NOT_ATTEMPTED]
 _LONGEST_FAULT = 200
@@ -55,7 +57,8 @@ def summarise(
     """Success with its 95 % Wilson interval, and what verified successes cost.
 
     Means, (sample) standard deviations and variances, and medians are over verified successes;
-    rates over the `attempted` problems (without UNSUPPORTED and SKIPPED ones), and so is
+    rates over the `attempted` problems (without UNSUPPORTED, SKIPPED and INVALID_PROBLEM ones; how
+    many problems are of the last is `invalid_problems`), and so is
     `time_s_median_censored`, in which a failure takes for ever. Where none was attempted nothing is
     known but the `reason`: rates, times and costs are empty. `status_counts` is JSON: how many
     attempts had each outcome. `setup_s` is the longest, since a restarted process sets up again;
@@ -95,7 +98,7 @@ def _row(
     row: dict[str, object] = {
         "env": env,
         "planner": planner,
-        "problems": all_records.groupby(_PROBLEM).ngroups,
+        "problems": _problems_of(all_records),
         "attempted": len(records),
         "solved": len(solved),
         "success_rate": len(solved) / len(records) if len(records) else math.nan,
@@ -111,6 +114,7 @@ def _row(
         "reason": why_not_attempted(all_records),
         "cpu_share_median": cpu_shares(records).median(),
         "scene_s_median": records["scene_s"].astype(float).median(),
+        "invalid_problems": _problems_of(all_records[_are_invalid(all_records)]),
         "processors": records.loc[records["processor"] != "", "processor"].nunique(),
     }
     for metric in metrics:
@@ -129,6 +133,17 @@ def _moments(name: str, column: pd.Series) -> dict[str, object]:
     values = column.astype(float)
     moments = values.mean(), values.std(), values.var(), values.median()
     return {f"{name}_{what}": moment for what, moment in zip(_MOMENTS, moments, strict=True)}
+
+
+def _problems_of(records: pd.DataFrame) -> int:
+    """How many problems they are of."""
+    return int(records.groupby(_PROBLEM).ngroups)
+
+
+def _are_invalid(records: pd.DataFrame) -> pd.Series:
+    """Which are of problems that cannot be solved as they are posed."""
+    invalid: pd.Series = records["status"] == Fault.INVALID_PROBLEM.value
+    return invalid
 
 
 def _success_interval(records: pd.DataFrame, successes: pd.Series) -> tuple[float, float]:
@@ -161,9 +176,11 @@ def _fallbacks(solved: pd.DataFrame) -> int | None:
 
 def why_not_attempted(records: pd.DataFrame) -> str | None:
     """Why a planner was not attempted, in a line; None if it always was."""
-    told = records.loc[records["status"].isin(NOT_ATTEMPTED), "error"]
+    told = records.loc[records["status"].isin(LEFT_OUT), "error"]
+    if told.empty:
+        return NONE_VALID if len(records) and _are_invalid(records).all() else None
     lines = [str(text).strip().partition("\n")[0] for text in told.unique() if text]
-    return "; ".join(lines) or (None if told.empty else "it did not say why")
+    return "; ".join(lines) or "it did not say why"
 
 
 def faults(records: pd.DataFrame) -> list[str]:

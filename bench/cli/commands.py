@@ -18,7 +18,8 @@ from bench.analysis import comparison, regression, summary
 from bench.analysis.run_results import RunResults
 from bench.cli.terminal import note, tell, tell_tables
 from bench.execution import weights_manager
-from bench.execution.config import check_range, make_run_config, on_device
+from bench.execution.config import make_run_config, on_device
+from bench.execution.problem_choice import check_range
 from bench.judged_file import judge_file
 from bench.report import comparison_text, markdown, path_file, regression_text, writers
 from envs import InputError
@@ -43,6 +44,8 @@ def run(chosen: SimpleNamespace) -> int:
         memory_limit_mb=chosen.memory_limit,
         train=not chosen.no_train,
         device=chosen.device,
+        keep_invalid=chosen.keep_invalid,
+        problem_file=chosen.problem_file,
     )
     folder: Path = chosen.out or Path("results/runs") / config.problem_sets[0].entry.spec.id
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -148,7 +151,8 @@ def show(chosen: SimpleNamespace) -> int:
         seed = int(records["problems_seed"].iloc[0])
     if world.scenes_differ:
         number = shown.problem if shown else chosen.problem or 0
-        world = world.scene_of(world.sample_problems(number + 1, seed)[number])
+        [problem] = world.problems_at([number], seed)
+        world = world.scene_of(problem)
     scene.draw(world, env.id, shown, chosen.out)
     return DONE
 
@@ -212,7 +216,13 @@ def test_planner(chosen: SimpleNamespace) -> int:
 
 def judge(chosen: SimpleNamespace) -> int:
     """`bench judge`."""
-    found = judge_file(chosen.env, chosen.paths, problems=chosen.problems, seed=chosen.seed)
+    found = judge_file(
+        chosen.env,
+        chosen.paths,
+        problems=chosen.problems,
+        seed=chosen.seed,
+        problem_file=chosen.problem_file,
+    )
     if chosen.json:
         tell(json.dumps(found.data, indent=2))
     else:

@@ -92,6 +92,19 @@ _device = click.option(
 )
 
 
+_problem_file = _file(
+    "--problem-file",
+    metavar="FILE",
+    help="of problems (.csv, .json, .yaml), in place of drawn ones",
+)
+_problems = click.option(
+    "--problems",
+    type=int,
+    metavar="N",
+    help="an environment (default: 50, of sets of problems all)",
+)
+
+
 @_command("run", "commands:run", "measure planners and print a table")
 @click.option(
     "--env",
@@ -107,7 +120,8 @@ _device = click.option(
     shell_complete=_PLANNERS,
     help="planners, as in fmm,rrtstar:range=2; or all, or paper (default: all)",
 )
-@click.option("--problems", type=int, default=50, metavar="N", help="an environment (default: 50)")
+@_problems
+@_problem_file
 @click.option(
     "--repeats", type=int, default=1, metavar="N", help="attempts at each problem (default: 1)"
 )
@@ -130,6 +144,11 @@ _device = click.option(
     default=4096,
     metavar="MB",
     help="of each planner's process (default: 4096)",
+)
+@click.option(
+    "--keep-invalid",
+    is_flag=True,
+    help="attempt problems, and count them, whose start or goal the judge refuses",
 )
 @_planner_file
 @_metric_file
@@ -334,8 +353,9 @@ def list_() -> None:
     "--problems",
     type=int,
     metavar="N",
-    help="of the environment, as in a run; FILE may name these (default: as many as it names)",
+    help="of the environment, as in a run; FILE may name these (default: any that there are)",
 )
+@_problem_file
 @click.option(
     "--seed", type=int, metavar="S", help="of the problems, as in a run (default: FILE's own, or 0)"
 )
@@ -384,6 +404,26 @@ def paths() -> None:
 def test_planner() -> None:
     """Has a planner solve a few problems in processes of its own, and prints a line for each thing
     it must keep to. Exit code 1 if it does not."""
+
+
+@_command("problems", "problems:problems", "which problems can be solved as they are posed")
+@click.option(
+    "--env",
+    required=True,
+    metavar="ENVS",
+    shell_complete=_ENVS,
+    help="environments, as in mbm-panda or c3d,arm6",
+)
+@_problems
+@_problem_file
+@click.option("--seed", type=int, default=0, metavar="S", help="of problems (default: 0)")
+@_file("--out", metavar="FILE", help="to write the problems to, for --problem-file")
+@click.option("--json", is_flag=True, help="as JSON, an entry an environment")
+@_wide
+def problems() -> None:
+    """Has the judge look at the start and goal of every problem, and prints for each environment
+    how many problems are valid as posed, and of the others why not: which joint is beyond its
+    limits, or which links or obstacles touch, and how deep."""
 
 
 @_command("replay", "commands:replay", "make one attempt of a run again")

@@ -7,18 +7,21 @@ import json
 import logging
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import envs
 import planners
 from bench.execution import planner_queries as queries
 from bench.execution.planner_queries import World
+from bench.execution.problem_choice import ProblemChoice, check_range
 from bench.execution.stop_rule import PAPER, StopRule, paper_rule
-from bench.judging.judge import share_blocked, straight_lines
 from bench.judging.metrics import REGISTERED
+from bench.judging.problem_facts import ProblemFacts, problem_facts, share_blocked
+from bench.storage.problem_file import GivenProblems
 from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
-from envs.seeding import TEST_SEEDS, derived_seed, training_seed
+from envs.seeding import derived_seed
 from planners import Planner
 from planners.learning.learned_planner import checked_device
 
@@ -36,17 +39,16 @@ class RunConfig:
     """A run as it was asked for.
 
     Attributes:
-        problems: the number of problems in each environment.
+        choice: which problems.
         repeats: how often each planner attempts each problem, with another seed each time.
-        seed: of problems, planners and order.
         train: whether learned planners without weights are trained first.
         device: of PyTorch, for planners that take one and were not given another.
+        keep_invalid: whether problems that are invalid as posed are attempted all the same.
     """
 
     problem_sets: tuple[ProblemSet, ...]
     planners: tuple[Entry[Planner], ...]
-    problems: int
-    seed: int
+    choice: ProblemChoice
     time_limit_s: float
     stop: StopRule
     jobs: int
@@ -54,12 +56,19 @@ class RunConfig:
     train: bool = True
     device: str = CPU
     repeats: int = 1
+    keep_invalid: bool = False
+
+    @property
+    def seed(self) -> int:
+        """Of problems, planners and order."""
+        return self.choice.seed
 
     @property
     def settings(self) -> dict[str, Any]:
         """Everything besides planner, environment and problem that a measurement depends on."""
-        # Not said of the CPU: what was measured before there was a choice still counts.
+        # Only said of what is unusual: what was measured before there was a choice still counts.
         elsewhere = {} if self.device == CPU else {"device": self.device}
+        kept = {"invalid_problems": "kept"} if self.keep_invalid else {}
         return {
             "rules": RULES,
             "time_limit_s": self.time_limit_s,
@@ -67,6 +76,8 @@ class RunConfig:
             "jobs": self.jobs,
             "memory_limit_mb": self.memory_limit_mb,
             **elsewhere,
+            **kept,
+            **self.choice.settings,
         }
 
     @property
@@ -89,6 +100,7 @@ class RunConfig:
                     "fingerprint": problem_set.env.fingerprint,
                     "units": dict(problem_set.env.units),
                     "space": str(problem_set.env.space),
+                    "problems": problem_set.end,
                     **self._told(problem_set),
                     "weights": {entry.id: problem_set.weights(entry) for entry in self.planners},
                 }
@@ -98,7 +110,8 @@ class RunConfig:
             "planner_versions": self.planner_versions,
             "improves": {entry.id: queries.improves(entry) for entry in self.planners},
             "planned_elsewhere": [e.id for e in self.planners if queries.planned_elsewhere(e)],
-            "problems": self.problems,
+            "problems": max(problem_set.end for problem_set in self.problem_sets),
+            **self.choice.data,
             "repeats": self.repeats,
             "seed": self.seed,
             "settings": self.settings,
@@ -107,11 +120,17 @@ class RunConfig:
         }
 
     def _told(self, problem_set: ProblemSet) -> dict[str, Any]:
-        """What is worth knowing of the problems: facts that tables show, and of each problem
-        whether its straight line is blocked."""
-        facts = {"share_of_straight_lines_blocked": share_blocked(problem_set.straight_lines)}
-        statistics = facts | problem_set.env.problem_statistics(self.problems, self.seed)
-        return {"census": statistics, "straight_lines": problem_set.straight_lines}
+        """What is worth knowing of the problems: facts that tables show, of each problem whether
+        its straight line is blocked, and which ends are invalid."""
+        facts = problem_set.facts
+        blocked = {"share_of_straight_lines_blocked": share_blocked(facts.straight_lines)}
+        count = 0 if self.choice.given else len(problem_set.problems)
+        drawn = problem_set.env.problem_statistics(count, self.seed) if count else {}
+        return {
+            "census": blocked | drawn,
+            "straight_lines": facts.straight_lines,
+            "invalid_ends": [end.data() for end in facts.invalid_ends],
+        }
 
 
 @dataclass(frozen=True)
@@ -132,18 +151,27 @@ class ProblemSet:
 
     @staticmethod
     def make(
-        entry: Entry[Environment], problems: int, seed: int, shown: World | None = None
+        entry: Entry[Environment], choice: ProblemChoice, shown: World | None = None
     ) -> ProblemSet:
-        """Raises InputError if the environment cannot be made or has too few problems."""
+        """With the problems that are chosen.
+
+        Raises:
+            InputError: the environment cannot be made or has too few problems.
+        """
         env = entry.make()
-        asked = tuple(env.sample_problems(problems, seed))  # first, as its errors say how many
-        [warm_up] = env.sample_problems(1, training_seed("warm-up", seed))
+        asked = tuple(choice.of(env))  # first, as its errors say how many
+        warm_up = choice.warm_up(env)
         return ProblemSet(entry, env, shown or World(entry, entry.make()), asked, warm_up)
 
+    @property
+    def end(self) -> int:
+        """The number after the last problem's."""
+        return max(problem.index for problem in self.problems) + 1
+
     @cached_property
-    def straight_lines(self) -> str:
-        """See `bench.judging.judge.straight_lines`."""
-        return straight_lines(self.env, self.problems)
+    def facts(self) -> ProblemFacts:
+        """What is known of the problems before they are attempted."""
+        return problem_facts(self.env, self.problems)
 
     def weights(self, planner: Entry[Planner]) -> str:
         """The digest of the weights with which a planner plans here now, empty if it has none. What
@@ -166,7 +194,7 @@ def make_run_config(
     *,
     env: str,
     planner: str,
-    problems: int,
+    problems: int | None,
     seed: int,
     time_limit_s: float,
     stop: str,
@@ -175,19 +203,21 @@ def make_run_config(
     train: bool = True,
     device: str = CPU,
     repeats: int = 1,
+    keep_invalid: bool = False,
+    problem_file: Path | None = None,
 ) -> RunConfig:
     """Checks what was asked for.
 
-    Planners chosen by a group ("all") are left out where they support none of the environments.
-    The reference of a match rule is added if it is missing and any of the planners may improve on
-    its first solution in any of the environments. Learned planners run on `device`.
+    Problems of a file must be valid unless invalid ones are kept. Planners chosen by a group
+    ("all") are left out where they support none of the environments. The reference of a match rule
+    is added if it is missing and any of the planners may improve on its first solution in any of
+    the environments. Learned planners run on `device`.
 
     Raises:
         InputError: something is unknown or out of range.
     """
-    check_range("--problems", problems, 1, 1_000_000)
+    choice = ProblemChoice.checked(problems, seed, problem_file)
     check_range("--repeats", repeats, 1, 10_000)
-    check_range("--seed", seed, 0, TEST_SEEDS - 1)
     check_range("--time-limit", time_limit_s, 0.001, 86_400)
     _check_jobs(jobs)
     checked_device(device)
@@ -206,14 +236,16 @@ def make_run_config(
     for entry in chosen:  # bad arguments and weights are refused before anything runs
         for world in worlds:
             queries.refuse_bad_weights(entry, world)
-    problem_sets = tuple(ProblemSet.make(world.entry, problems, seed, world) for world in worlds)
+    problem_sets = tuple(ProblemSet.make(world.entry, choice, world) for world in worlds)
+    if choice.given is not None and not keep_invalid:
+        for problem_set in problem_sets:
+            _refuse_invalid(choice.given, problem_set)
     for line in told:  # not before: what is refused is refused in one line
         logger.info(line)
     return RunConfig(
         problem_sets,
         tuple(chosen),
-        problems,
-        seed,
+        choice,
         time_limit_s,
         rule,
         jobs,
@@ -221,7 +253,16 @@ def make_run_config(
         train,
         device,
         repeats,
+        keep_invalid,
     )
+
+
+def _refuse_invalid(given: GivenProblems, problem_set: ProblemSet) -> None:
+    """A file is its user's to mend, unlike the sets of others."""
+    invalid = problem_set.facts.invalid.items()
+    faults = [f"{given.posed[index].row}: {reason}" for index, reason in invalid]
+    mend = "; --keep-invalid attempts them all the same" if faults else ""
+    given.refuse([*faults[:-1], *(f"{fault}{mend}" for fault in faults[-1:])])
 
 
 def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
@@ -258,9 +299,3 @@ def _check_jobs(jobs: int) -> None:
             f"--jobs must be between 1 and {cores}, the physical cores here, not {jobs}: "
             "planners that share a core would measure each other"
         )
-
-
-def check_range(option: str, value: float, low: float, high: float) -> None:
-    """Raises InputError if the value of an option is not between two others, or not a number."""
-    if not low <= value <= high:
-        raise InputError(f"{option} must be between {low} and {high}, not {value}")

@@ -103,6 +103,9 @@ class _Stage:
         self._underway = Underway(store.folder)
         self._force = force
         self._reference_lengths: dict[tuple[int, int], float] = {}
+        facts = problem_set.facts
+        self._invalid = {} if config.keep_invalid else facts.invalid
+        self._problems = problem_set.problems if config.keep_invalid else facts.problems
         self._look()
 
     def _look(self) -> None:
@@ -121,11 +124,11 @@ class _Stage:
         places = zip(tried["planner"], tried["problem"], tried["repeat"], strict=True)
         done = set() if self._force else set(places)
         self.open = {
-            (planner.id, index, repeat)
+            (planner.id, problem.index, repeat)
             for planner in self._config.planners
-            for index in range(self._config.problems)
+            for problem in self._problems
             for repeat in range(self._config.repeats)
-            if (planner.id, index, repeat) not in done
+            if (planner.id, problem.index, repeat) not in done
         }
         reference = self._config.stop.reference
         if reference:
@@ -187,8 +190,8 @@ class _Stage:
         self._slots = Slots(self._problem_set, self._config.jobs, at_once)
         pool = ThreadPoolExecutor(at_once)
         try:
-            for number, begin in enumerate(range(0, self._config.problems, BLOCK)):
-                block = self._problem_set.problems[begin : begin + BLOCK]
+            for number, begin in enumerate(range(0, len(self._problems), BLOCK)):
+                block = self._problems[begin : begin + BLOCK]
                 for together in self._order(number, supervised_planners):
                     tasks = [pool.submit(self._attempt_block, c, block, progress) for c in together]
                     _finish(tasks)
@@ -221,7 +224,10 @@ class _Stage:
                     continue
                 key = self._key(supervised, problem, repeat)
                 asked = repeated(problem, repeat)
-                if self._underway.has_ended_runs(*key):
+                invalid = self._invalid.get(problem.index)
+                if invalid is not None:
+                    attempt = Attempt(Fault.INVALID_PROBLEM.value, None, error=invalid)
+                elif self._underway.has_ended_runs(*key):
                     attempt = Attempt(Fault.CRASH.value, None, error=_ENDS_RUNS)
                 else:
                     attempt = supervised.attempt(asked, self._stop_cost(problem, repeat))

@@ -1,10 +1,8 @@
-"""The judge: decides whether a claimed path solves its problem, with its own collision model, and
-which problems a straight line does not solve.
-"""
+"""The judge: decides whether a claimed path solves its problem, with its own collision model."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -94,10 +92,12 @@ class Judge:
         if path.shape[1] != self._space.size:
             reason = f"waypoints have {path.shape[1]} coordinates, not {self._space.size}"
             return Judgement(Verdict.MALFORMED, reason)
-        ends = (("start", path[0], problem.start), ("goal", path[-1], problem.goal))
+        goals = problem.all_goals
+        nearest = "goal" if len(goals) == 1 else "nearest goal"
+        ends = (("start", path[0], problem.start[None]), (nearest, path[-1], goals))
         for name, there, wanted in ends:
             with np.errstate(over="ignore"):  # of what is that far off the square is infinite
-                [gap] = self._space.distance(there[None], wanted[None])
+                gap = self._space.distance(np.broadcast_to(there, wanted.shape), wanted).min()
             if not gap <= ENDPOINT_TOLERANCE:  # also of what is no number
                 reason = f"path is {gap:.3g} off the {name}"
                 return Judgement(Verdict.WRONG_ENDPOINT, reason, len(path))
@@ -146,20 +146,3 @@ class Judge:
         enough = 2 * (FIRST_QUERIES + 2 * robot.rate_bound * length / model.tolerance)
         most = max(_MOST_QUERIES // max(robot.moving, 1), 2 * FIRST_QUERIES)
         return int(min(enough, most))
-
-
-BLOCKED, FREE = "B", "F"
-"""A letter each, of the problems 0, 1, ..., as runs note them."""
-
-
-def straight_lines(env: Environment, problems: Sequence[Problem]) -> str:
-    """Of each problem whether its straight line is BLOCKED or FREE, by the check that the judge
-    has, at its tolerance."""
-    models = SceneModels(env)
-    free = (models.of(p).segment_is_free(p.start, p.goal) for p in problems)
-    return "".join(FREE if is_free else BLOCKED for is_free in free)
-
-
-def share_blocked(letters: str) -> float:
-    """The share of blocked straight lines, to four digits; 0 without problems."""
-    return round(letters.count(BLOCKED) / max(len(letters), 1), 4)

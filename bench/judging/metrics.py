@@ -136,7 +136,10 @@ RESERVED = (
 """Names of what is compared beside metrics, of other means and medians in summaries, and of what
 stands beside metrics in records."""
 
-TITLES = ("env", "planner", "problems", "n", "success", "setup", "training", "offline", "outcomes")
+TITLES = (
+    *("env", "planner", "problems", "invalid", "n"),
+    *("success", "setup", "training", "offline", "outcomes"),
+)
 """Of what tables have beside metrics, without units."""
 
 

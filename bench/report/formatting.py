@@ -18,7 +18,10 @@ from bench.analysis.run_results import RunResults
 from bench.analysis.summary import CLAIMED_TIME
 from bench.judging.metric import Metric
 
-NUMERIC = ("problems", "n", "offline s", "scene s")
+INVALID = "invalid"
+"""The title of how many problems are invalid as posed, which no rate counts."""
+
+NUMERIC = ("problems", INVALID, "n", "offline s", "scene s")
 """Columns to set flush right."""
 
 SPREADS = {"std": "standard deviation", "var": "variance"}
@@ -92,11 +95,13 @@ def success_rows(run: RunResults) -> list[dict[str, str]]:
     summary = run.summary
     known = summary["blocked_attempted"].notna().any()
     has_claims = (summary["time_source"] == claims.CLAIMED).any()
+    some_invalid = summary["invalid_problems"].any()
     return [
         {
             "env": row["env"],
             "planner": row["planner"],
             "problems": f"{row['problems']}",
+            **({INVALID: f"{row['invalid_problems']}"} if some_invalid else {}),
             "success %": success(row),
             **{run.heading(m): _moments(row, m, run.spread) for m in _primary(run)},
             **({CLAIMED: _claimed(row, run.spread)} if has_claims else {}),

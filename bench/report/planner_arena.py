@@ -192,7 +192,7 @@ def _experiment(
         "totaltime": sum(session["wall_s"] for session in sessions),
         "timelimit": settings["time_limit_s"],
         "memorylimit": settings.get("memory_limit_mb"),
-        "runcount": selection["problems"] * repeats_of(selection),
+        "runcount": env.get("problems", selection["problems"]) * repeats_of(selection),
         "version": _version(sessions),
         "hostname": _distinct(machine.get("system") for machine in machines),
         "cpuinfo": _distinct(json.dumps(machine) for machine in machines if machine),

@@ -27,6 +27,7 @@ class Fault(str, Enum):
     OUT_OF_MEMORY = "OUT_OF_MEMORY"  # it wanted more than the memory limit
     UNSUPPORTED = "UNSUPPORTED"  # it said that it cannot plan in this environment
     SKIPPED = "SKIPPED"  # it would have had to be trained first, which was ruled out
+    INVALID_PROBLEM = "INVALID_PROBLEM"  # it was not asked: no path can be valid, see the census
 
 
 class Verdict(str, Enum):
@@ -46,7 +47,10 @@ LATE = "LATE"
 MOST_WAYPOINTS = 2**20
 """Paths of more are neither judged nor kept."""
 
-NOT_ATTEMPTED = (Fault.UNSUPPORTED.value, Fault.SKIPPED.value)
+LEFT_OUT = (Fault.UNSUPPORTED.value, Fault.SKIPPED.value)
+"""Statuses of rows of planners that were not asked."""
+
+NOT_ATTEMPTED = (*LEFT_OUT, Fault.INVALID_PROBLEM.value)
 """Statuses of rows in which nothing was measured."""
 
 

@@ -123,6 +123,11 @@ class ArmWorld(Environment):
         return None if None in stated else np.array(stated, dtype=float)
 
     @property
+    def coordinate_names(self) -> Sequence[str]:
+        joints = self.robot.tree.coordinates
+        return [f"joint {j.name!r}" for j in joints for _ in range(4 if j.spherical else 1)]
+
+    @property
     def shape_names(self) -> Sequence[str]:
         return [f"link {name!r}" for name in self.robot.links]
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import platformdirs
 
 from envs.environment import Environment
 from envs.errors import InputError, suggestion
+from envs.files.fetched import cache_folder, fetch
 from envs.files.moveit_scene import (
     MotionRequest,
     PlanningScene,
@@ -38,6 +38,8 @@ URL = (
 )
 """Where the robots and problems are (Apache-2.0)."""
 
+_ARCHIVE = "problems.tar.bz2"
+
 _ROUNDING = 1e-5
 """Radians or metres by which values of problems may be beyond a joint's limit: they are rounded."""
 
@@ -51,7 +53,8 @@ class MotionBenchMaker(ArmWorld):
     Benchmark Motion Planning Datasets", IEEE RA-L 7(2), 2022), or one of its scenes.
 
     The problems of a set are those of its requests, whatever the seed, which the planners' own are
-    drawn by: problem k is that of request k + 1. Each lives in the scene of that number: the
+    drawn by: the problem with index k is
+    that of request k + 1. Each lives in the scene of that number: the
     robot, with its own allowed collisions and the scene's, among boxes and cylinders. Joints of
     no planning group stand as in the first request.
 
@@ -77,6 +80,7 @@ class MotionBenchMaker(ArmWorld):
         if shown is None:
             super().__init__(arm, (), "mbm")
             self.min_clearance = _CLEARANCE
+            self.problem_count = len(self._files.numbers)
         else:
             super().__init__(arm, shown.obstacles, "mbm", (scene,), shown.names)
         self._last: tuple[int, Environment] | None = None
@@ -95,9 +99,15 @@ class MotionBenchMaker(ArmWorld):
         numbers = self._files.numbers
         if n > len(numbers):
             raise InputError(f"mbm: {self._files.name} has {len(numbers)} problems, not {n}")
+        return self.problems_at([number - 1 for number in numbers[:n]], seed)
+
+    def problems_at(self, indices: Sequence[int], seed: int) -> list[Problem]:
+        if not self.scenes_differ:
+            return super().problems_at(indices, seed)
+        ends = ((index, self._files.ends(self._files.number(index))) for index in indices)
         return [
-            Problem(*self._files.ends(number), index, derived_seed("mbm planner", seed, index))
-            for index, number in enumerate(numbers[:n])
+            Problem(start, goal, index, derived_seed("mbm planner", seed, index))
+            for index, (start, goal) in ends
         ]
 
     def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
@@ -138,7 +148,7 @@ class _Files:
 
     @cached_property
     def _problems(self) -> ProblemFiles:
-        return read_problem_files(self._folder / "problems.tar.bz2", self.name)
+        return read_problem_files(self._folder / _ARCHIVE, self.name)
 
     @property
     def numbers(self) -> Sequence[int]:
@@ -150,9 +160,9 @@ class _Files:
 
     def number(self, index: int) -> int:
         """Of the request of a problem."""
-        if not 0 <= index < len(self.numbers):
+        if index + 1 not in self.numbers:
             raise InputError(f"mbm: {self.name} has no problem {index}")
-        return self.numbers[index]
+        return index + 1
 
     def scene(self, number: int) -> PlanningScene:
         text = self._problems.text("scene", number)
@@ -254,17 +264,27 @@ def _arm(
 
 
 def robot_folder(name: str) -> Path:
-    """Where the files of a robot are: in the folder that `BENCH_DATA` names, or in the cache.
+    """Where the files of a robot are: in the folder that `BENCH_DATA` names, where they are read as
+    they are, or in the user's cache, for which what is missing is fetched.
 
     Raises:
-        InputError: they are in neither.
+        InputError: they are in neither and cannot be fetched.
     """
     data = os.environ.get("BENCH_DATA")
-    kept = platformdirs.user_cache_path("plannerbench") / "mbm" / name
-    for folder in (*([Path(data) / "mbm" / name] if data else []), kept):
-        if (folder / "problems.tar.bz2").is_file():
-            return folder
-    raise InputError(
-        f"mbm: the files of {name} are not here: put the folder {URL}/{name} at {kept}, or at "
-        f"mbm/{name} in a folder that BENCH_DATA names"
-    )
+    if data and (Path(data) / "mbm" / name / _ARCHIVE).is_file():
+        return Path(data) / "mbm" / name
+    kept = cache_folder() / "mbm" / name
+    instead = f", or the whole folder at mbm/{name} in one that BENCH_DATA names"
+    fetch(kept, f"{URL}/{name}", _digests(name), instead)
+    return kept
+
+
+def _digests(robot: str) -> dict[str, str]:
+    """SHA-256 of a robot's files by their names: what it collides with, groups, and problems."""
+    listed = (Path(__file__).with_name("motion_bench_maker_files.txt")).read_text("utf-8")
+    pairs = (line.split(" ") for line in listed.splitlines())
+    return {
+        name.removeprefix(f"{robot}/"): digest
+        for name, digest in pairs
+        if name.startswith(f"{robot}/")
+    }

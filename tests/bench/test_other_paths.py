@@ -231,7 +231,7 @@ def test_indices_are_those_of_a_run_with_the_seed(
     assert verdict(silent) == "WRONG_ENDPOINT"
     assert verdict(silent, "--seed", 7, "--problems", 6) == right
     judge = ("judge", "--env", "c3d", "--paths")
-    assert "is for the problems of seed 7" in refused(*judge, saying, "--seed", 8)
+    assert "is for other problems, those of seed 7" in refused(*judge, saying, "--seed", 8)
     said = refused(*judge, saying, "--problems", 5)
     assert f"{saying}: paths[0]: there is no problem 5 among 5" in said
     assert "--problems must be between 1" in refused(*judge, saying, "--problems", 0)
@@ -375,6 +375,29 @@ def test_a_planner_of_ones_own_that_replays_is_not_timed(bench: Cli, tmp_path: P
     others = records[records["planner"] == "rrtconnect"]
     assert others[["solve_s", "setup_s"]].notna().all(axis=None)
     assert others["claimed_solve_s"].isna().all()
+
+
+@pytest.mark.usefixtures("in_process_workers")
+def test_problems_of_ones_own_are_named_by_their_place_in_their_file(
+    bench: Cli, refused: Refused, tmp_path: Path, c3d: Environment
+) -> None:
+    posed, file = tmp_path / "posed.json", tmp_path / "paths.json"
+    drawn = c3d.sample_problems(4, 0)
+    posed.write_text(
+        json.dumps([{"start": list(p.start), "goal": list(p.goal)} for p in drawn[2:]])
+    )
+    run = ("run", "--env", "c3d", "--problem-file", posed, "--stop", "first", "--seed", 5)
+    assert bench(*run, "--planners", "rrtconnect", "--out", tmp_path / "run")[0] == 0
+    assert bench("paths", tmp_path / "run", "--out", file)[0] == 0
+    assert [path.problem for path in path_file.read(file).paths] == [0, 1]
+    judge = ("judge", "--env", "c3d", "--paths", file)
+    assert bench(*judge, "--problem-file", posed, "--seed", 5)[0] == 0
+    assert "give what the run was given" in refused(*judge, "--problem-file", posed)
+    again = (*run, "--planners", f"recorded:file={file}", "--out", tmp_path / "again")
+    assert bench(*again)[0] == 0
+    assert set(records_of(tmp_path / "again")["outcome"]) == {"VALID"}
+    of_c3d(file, RecordedPath(np.array([drawn[2].start, drawn[2].goal]), 2))
+    assert "no problem 2 among 2" in refused(*judge, "--problem-file", posed)
 
 
 @pytest.mark.usefixtures("in_process_workers")

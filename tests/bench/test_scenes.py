@@ -17,7 +17,8 @@ import bench as package
 import envs
 import planners
 from bench.analysis.run_results import RunResults
-from bench.judging.judge import Judge, straight_lines
+from bench.judging.judge import Judge
+from bench.judging.problem_facts import problem_facts
 from bench.report.html.problems import columns, problem_sets_of, problems_data
 from bench.storage.record import Verdict
 from envs import Environment, Problem, Spec
@@ -79,7 +80,7 @@ def test_the_judge_looks_at_the_scene_of_the_problem(many: Environment) -> None:
         verdicts.append(alone.verdict)
     assert set(verdicts) == {Verdict.VALID, Verdict.COLLISION}
     free = [verdict is Verdict.VALID for verdict in verdicts]
-    assert straight_lines(many, problems) == "".join("BF"[one] for one in free)
+    assert problem_facts(many, problems).straight_lines == "".join("BF"[one] for one in free)
 
 
 def test_without_scenes_of_their_own_nothing_is_timed_for_them(c3d: Environment) -> None:

@@ -10,13 +10,13 @@ import pytest
 from conftest import Cli
 
 import envs
-from bench.judging.judge import share_blocked, straight_lines
+from bench.judging.problem_facts import problem_facts, share_blocked
 
 
 def test_letters_are_the_checks_answers() -> None:
     env = envs.REGISTRY.entry("c3d").make()
     problems = env.sample_problems(30, 0)
-    letters = straight_lines(env, problems)
+    letters = problem_facts(env, problems).straight_lines
     model = env.collision_model()
     assert letters == "".join("BF"[model.segment_is_free(p.start, p.goal)] for p in problems)
     assert 0.1 < share_blocked(letters) < 0.9

@@ -50,7 +50,7 @@ def test_summary_by_hand() -> None:
     assert np.isnan(table.loc["a", "fallbacks"]), "none is not 0"
     empty = table.loc["c"].drop(["env", "problems", "attempted", "solved", "status_counts"])
     assert empty.pop("reason") == "it learns over many scenes"
-    assert empty.pop("processors") == 0
+    assert empty.pop("processors") == empty.pop("invalid_problems") == 0
     assert empty.isna().all(), "what was not attempted has no rate, time or cost"
     assert (table.loc["c", "problems"], table.loc["c", "attempted"]) == (2, 0)
     assert pd.isna(table.loc["a", "reason"])

@@ -110,7 +110,6 @@ def test_archives_are_unpacked_once(data: Path, monkeypatch: pytest.MonkeyPatch)
         ("mbm:robot=panda,set=boks", "panda has no set 'boks'; did you mean 'box'"),
         ("mbm:robot=panda,set=cage", "unknown set"),
         ("mbm:robot=panda,set=box,scene=9", "there is no scene0009.yaml"),
-        ("mbm:robot=fetch,set=box", "the files of fetch are not here: put the folder"),
     ],
 )
 @pytest.mark.usefixtures("data")

@@ -39,7 +39,7 @@ LINES = (
     "paper --quick --only c3d,gibson --out DIR",
     "test-planner my.py:Mine --env box --time-limit 2",
     "replay DIR --planner fmm --problem 3 --env c3d",
-    "judge --env c3d --paths FILE.json --problems 10 --seed 3 --json",
+    "judge --env c3d --paths FILE.json --problems 10 --seed 3 --problem-file FILE.csv --json",
     "paths DIR --planner fmm --env c3d --repeat 1 --out FILE.csv",
     "list planners --json",
 )
@@ -131,7 +131,8 @@ def test_suites() -> None:
         assert StopRule.parse(config.stop.text) == config.stop
         assert config.planners
         assert all(
-            len(problem_set.problems) == config.problems > 0 for problem_set in config.problem_sets
+            len(problem_set.problems) == config.selection()["problems"] > 0
+            for problem_set in config.problem_sets
         )
         ids = [entry["id"] for entry in config.selection()["envs"]]
         assert [entry.id for entry in envs.REGISTRY.entries(",".join(ids))] == ids
