@@ -12,7 +12,6 @@ import numpy as np
 
 from bench.judging.judge import SceneModels
 from envs import Environment, Problem
-from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 
@@ -138,7 +137,7 @@ def _contacts(scene: Environment, model: CollisionModel, q: Array) -> Iterator[s
     # What it imports takes a second, which only those with invalid problems pay.
     from envs.collision.penetration import penetration_depth
 
-    pairs = CheckedPairs(scene.robot, scene.obstacles)
+    pairs = scene.checked_pairs()
     names, unit = [*scene.shape_names, *scene.obstacle_names], scene.units["workspace"]
     solids = [*scene.robot.shapes, *(obstacle.solid for obstacle in scene.obstacles)]
     poses = [*scene.robot.poses(q), *(obstacle.pose[:3] for obstacle in scene.obstacles)]

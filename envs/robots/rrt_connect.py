@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.primitive_sdf import SceneArrays
+from envs.collision.part_scenes import PartScenes
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 from envs.robots.arm import RobotArrays
@@ -27,7 +27,7 @@ STEP = 0.5
 
 def is_connected(
     arm: RobotArrays,
-    scene: SceneArrays,
+    scenes: PartScenes,
     start: Array,
     goal: Array,
     samples: Array,
@@ -35,7 +35,7 @@ def is_connected(
 ) -> bool:
     """Whether a search that draws `samples` (n, d) joins two configurations (d,) by motions that
     are certified to a tolerance in metres."""
-    return bool(_joined(arm, scene, start, goal, samples, STEP, tolerance))
+    return bool(_joined(arm, scenes, start, goal, samples, STEP, tolerance))
 
 
 @njit_hot
@@ -72,7 +72,7 @@ def _nearest(wraps: Any, tree: Any, size: int, q: Any) -> int:
 
 @njit_cached
 def _extended(
-    arm: Any, scene: Any, tree: Any, size: int, q: Any, step: float, tolerance: float
+    arm: Any, scenes: Any, tree: Any, size: int, q: Any, step: float, tolerance: float
 ) -> tuple[int, bool]:
     """Grows a tree by one motion toward a configuration: its new size, and whether it is there."""
     wraps = arm.tree.wraps
@@ -82,7 +82,7 @@ def _extended(
     length = np.sqrt((way**2).sum())
     there = length <= step
     tip = goal if there else tree[near] + way * (step / length)
-    if size == len(tree) or not segment_is_free(arm, scene, tree[near], tip, tolerance):
+    if size == len(tree) or not segment_is_free(arm, scenes, tree[near], tip, tolerance):
         return size, False
     tree[size] = tip
     return size + 1, there
@@ -90,9 +90,9 @@ def _extended(
 
 @njit_cached
 def _joined(
-    arm: Any, scene: Any, start: Any, goal: Any, samples: Any, step: float, tolerance: float
+    arm: Any, scenes: Any, start: Any, goal: Any, samples: Any, step: float, tolerance: float
 ) -> bool:
-    if segment_is_free(arm, scene, start, _reached(arm.tree.wraps, start, goal), tolerance):
+    if segment_is_free(arm, scenes, start, _reached(arm.tree.wraps, start, goal), tolerance):
         return True
     trees = np.empty((2, 20 * len(samples), len(start)))
     trees[0, 0], trees[1, 0] = start, goal
@@ -100,13 +100,13 @@ def _joined(
     for n in range(len(samples)):
         this, other = n % 2, 1 - n % 2
         before = sizes[this]
-        sizes[this], _ = _extended(arm, scene, trees[this], before, samples[n], step, tolerance)
+        sizes[this], _ = _extended(arm, scenes, trees[this], before, samples[n], step, tolerance)
         if sizes[this] == before:
             continue
         tip = trees[this, before]
         while True:
             before = sizes[other]
-            sizes[other], there = _extended(arm, scene, trees[other], before, tip, step, tolerance)
+            sizes[other], there = _extended(arm, scenes, trees[other], before, tip, step, tolerance)
             if there:
                 return True
             if sizes[other] == before:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -76,13 +76,13 @@ class MotionBenchMaker(ArmWorld):
         self._files = _Files(robot, set)
         self.scenes_differ = scene == 0
         shown = self._files.scene(scene) if scene else None
-        arm = self._files.arm(shown.allowed if shown else self._files.allowed)
         if shown is None:
-            super().__init__(arm, (), "mbm")
+            super().__init__(self._files.arm(self._files.first_scene), (), "mbm")
             self.min_clearance = _CLEARANCE
             self.problem_count = len(self._files.numbers)
         else:
-            super().__init__(arm, shown.obstacles, "mbm", (scene,), shown.names)
+            arm, allows = self._files.arm(shown), self._files.allows(shown)
+            super().__init__(arm, shown.obstacles, "mbm", (scene,), shown.names, allows)
         self._last: tuple[int, Environment] | None = None
 
     def scene_of(self, problem: Problem) -> Environment:
@@ -127,8 +127,8 @@ class _Scene(ArmWorld):
 
     def __init__(self, files: _Files, number: int) -> None:
         scene = files.scene(number)
-        arm = files.arm(scene.allowed)
-        super().__init__(arm, scene.obstacles, "mbm", (number,), scene.names)
+        arm, allows = files.arm(scene), files.allows(scene)
+        super().__init__(arm, scene.obstacles, "mbm", (number,), scene.names, allows)
 
 
 @dataclass(frozen=True)
@@ -185,17 +185,28 @@ class _Files:
         return first.group, tuple(sorted(first.start.items()))
 
     @cached_property
-    def allowed(self) -> frozenset[frozenset[str]]:
-        """By the first scene."""
-        return self.scene(self.numbers[0]).allowed
+    def first_scene(self) -> PlanningScene:
+        return self.scene(self.numbers[0])
 
-    def arm(self, allowed: frozenset[frozenset[str]]) -> Arm:
+    @property
+    def links(self) -> frozenset[str]:
+        """The names of the robot's links."""
+        graph = _robot(self._folder).graph
+        return frozenset((graph.base, *graph.carriers))
+
+    def arm(self, scene: PlanningScene) -> Arm:
         """The robot, whose links may touch as its own files and a scene allow."""
-        return _arm(self._folder, *self._first, allowed)
+        return _arm(self._folder, *self._first, scene.allowed.pairs(self.links))
+
+    def allows(self, scene: PlanningScene) -> Callable[[str, str], bool]:
+        """Whether a link may touch an object of a scene, by their names. A name that is a link's
+        stands for that alone."""
+        objects = frozenset(scene.names) - self.links
+        return lambda link, name: name in objects and scene.allowed.allows(link, name)
 
     def ends(self, number: int) -> tuple[Array, Array]:
         """Start and goal of a request, (d,) each, which may be beyond the joints' limits."""
-        request, arm = self.request(number), self.arm(self.allowed)
+        request, arm = self.request(number), self.arm(self.first_scene)
         names = [joint.name for joint in arm.tree.coordinates]
         self._check_still(request, number, names)
         for what, values in (("start", request.start), ("goal", request.goal)):

@@ -87,6 +87,22 @@ def test_ends_are_refused_with_the_reason(boxes: Environment) -> None:
     assert [facts.straight_lines[number] for number in INVALID] == ["B", "B"]
 
 
+@pytest.mark.usefixtures("boxes")
+def test_a_contact_that_is_allowed_is_no_reason(tmp_path: Path) -> None:
+    """The lower arm may touch the wall, and not a board in the same place."""
+    may = {"entry_names": ["lower", "wall"], "entry_values": [[False, True], [True, False]]}
+    board = {**WALL, "id": "board"}
+    pairs = [
+        (made.scene(*objects, allowed_collision_matrix=may), PAIRS[1][1])
+        for objects in ((WALL,), (WALL, board))
+    ]
+    made.write(tmp_path / "data" / "mbm" / "panda", {"box_panda": pairs})
+    env = envs.make("mbm:robot=panda,set=box")
+    [end] = problem_facts(env, env.sample_problems(2, 0)).invalid_ends
+    assert end.index == 1
+    assert end.reason == "link 'lower' is 0.05 m deep in obstacle 'board'"
+
+
 def test_what_is_refused_no_path_can_solve(boxes: Environment) -> None:
     """And the rest is solved where the straight line is free."""
     problems = boxes.sample_problems(5, 0)
