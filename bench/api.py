@@ -19,7 +19,7 @@ from bench.execution.stop_rule import PAPER
 from bench.judging import user_metrics
 from bench.judging.judge import Judge, Judgement
 from bench.judging.metric import Metric
-from bench.report import markdown, writers
+from bench.report import markdown, path_file, writers
 from bench.storage.record import decode_path
 from bench.storage.store import Store, locked
 from envs import REGISTRY, Environment, Problem
@@ -57,7 +57,8 @@ class Run:
     @cached_property
     def attempts(self) -> pd.DataFrame:
         """A row for each attempt, whatever became of it, with the columns of
-        `bench.storage.record.Record` but for the path, and one for each metric: among others `env`,
+        `bench.storage.record.Record` but for the path, one for each metric, and two for what was
+        planned elsewhere (`planned_elsewhere`, `claimed_solve_s`): among others `env`,
         `planner`, `problem` (its index), `outcome` ("VALID" is a verified success within the time
         limit), `solve_s` (planning time in seconds), `length` (in the environment's unit),
         `safety_margin` (in workspace units) and `error`."""
@@ -78,6 +79,29 @@ class Run:
         chosen = given[["env", "planner", "problem", "outcome"]].reset_index(drop=True)
         paths: pd.DataFrame = chosen.assign(path=[decode_path(path) for path in given["path"]])
         return paths
+
+    def write_paths(
+        self,
+        file: str | Path,
+        planner: str | None = None,
+        env: str | None = None,
+        repeat: int = 0,
+    ) -> int:
+        """Writes one planner's paths in one environment to a file that `bench.judge_file` and the
+        planner `recorded` read.
+
+        Args:
+            file: its name ends in .csv, .json, .npz or .txt, which is the format.
+            planner, env: whose; either may be left out where the run has only one.
+            repeat: int, which of the attempts at each problem, from 0.
+
+        Returns:
+            How many attempts (int) there are in it, those without a path included.
+
+        Raises:
+            InputError: the run has no such attempts, or the file cannot be written.
+        """
+        return path_file.write(self.results, Path(file), planner, env, repeat)
 
     def report(self, format: str = "md", out: str | Path | None = None) -> Path:
         """Writes a report.

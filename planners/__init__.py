@@ -116,6 +116,12 @@ REGISTRY: Registry[Planner] = Registry(
             "planners.baselines:RandomDetours",
             "a baseline: the straight line, or by way of a few random places",
         ),
+        Spec(
+            "recorded",
+            "planners.recorded.planner:RecordedPaths",
+            "paths that were planned elsewhere, from a file, with the times that it claims",
+            in_all=False,
+        ),
         _field(
             "eikonet",
             "factored time without symmetry or bounds, trained on speeds (EikoNet)",

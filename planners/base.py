@@ -39,7 +39,8 @@ class PlannerResult:
             along straight segments between waypoints.
         stats: JSON data, kept with the attempt. Reports use `collision_checks` (int, configurations
             or motions asked about), `cost_history` (pairs of seconds since the start of `solve` and
-            the length of the best path so far) and `fallbacks` (int, calls of another planner).
+            the length of the best path so far), `fallbacks` (int, calls of another planner) and,
+            of planners that say `planned_elsewhere`, `claimed_solve_s` (float, seconds).
 
     Example:
         >>> PlannerResult(Status.EXACT_SOLUTION, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]).stats
@@ -90,6 +91,10 @@ class Planner(ABC):
     Class attributes:
         improves: bool, by default True, whether `solve` may go on after its first solution, until
             the path is no longer than `Budget.stop_cost`. Say False if it returns its first path.
+        planned_elsewhere: bool, by default False, whether `solve` only hands over what was planned
+            elsewhere, so that its time here says nothing. None is recorded then; tables have the
+            seconds that `stats["claimed_solve_s"]` claims in a column of their own, and no
+            comparison of times uses them.
         train_s: float, by default 0.0, seconds that making data and training took for the weights
             in use; `setup` may set it. It is reported as offline work.
 
@@ -114,6 +119,7 @@ class Planner(ABC):
 
     train_s: float = 0.0
     improves: bool = True
+    planned_elsewhere: bool = False
 
     def unsupported(self, env: Environment) -> str | None:
         """Whether the planner can plan in an environment.

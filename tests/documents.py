@@ -70,6 +70,8 @@ NOT_RUN = {
     "CONTRIBUTING.md: python -m venv": "installs the package",
     "CONTRIBUTING.md: .venv/bin/pytest # the": "the tests themselves",
     "CONTRIBUTING.md: .venv/bin/pip install -c": "builds the site, as .ci/run does",
+    "docs/other-paths.md: bench judge --env": "takes a while; test_other_paths.py does the same "
+    "with a few problems",
     "docs/own-planner.md: bench test-planner detours.py:Detours": "all planners take minutes; "
     "test_docs_plugins.py does the same with one",
     "docs/quick-start.md: python3 -m venv": "installs the package",

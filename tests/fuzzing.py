@@ -28,6 +28,10 @@ CASES = {
     "scenes": 1200,
     "Collada meshes": 1200,
     "problems of OMPL.app": 1200,
+    "paths as JSON": 1200,
+    "paths as CSV": 1200,
+    "paths as matrices": 1200,
+    "paths as arrays": 600,
 }
 """How many inputs each parser is given."""
 

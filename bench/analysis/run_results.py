@@ -14,7 +14,7 @@ from typing import Any
 
 import pandas as pd
 
-from bench.analysis import timing
+from bench.analysis import claims, timing
 from bench.analysis.summary import common_problems, faults, left_out_of_common, summarise
 from bench.judging.metric import Metric
 from bench.judging.metrics import known_metrics
@@ -31,8 +31,9 @@ class RunResults:
         folders: where it is stored.
         selections: what was asked for, of each folder; see
             `bench.execution.config.RunConfig.selection`.
-        records: one row an attempt, with the columns of `bench.storage.record.Record` and one for
-            each metric; ordered by environment, planner (as asked for), problem and repeat.
+        records: one row an attempt, with the columns of `bench.storage.record.Record`, one for
+            each metric, and those of `bench.analysis.claims`; ordered by environment, planner (as
+            asked for), problem and repeat.
         sessions: when, where and at what cost it was measured, oldest first.
         spread: what stands after the ± of a mean in its tables; see
             `bench.report.formatting.SPREADS`.
@@ -55,6 +56,7 @@ class RunResults:
         names = names_of([asked])
         selection = renamed_selection(asked, names)
         records = renamed_records(_selected(store, selection), names)
+        records = claims.with_claims(records, selection)
         ran = set(records["run_id"])
         sessions = tuple(s for s in store.sessions() if s["run_id"] in ran)
         return RunResults((folder,), (selection,), records, sessions).completed()
@@ -186,8 +188,12 @@ class RunResults:
     @property
     def remarks(self) -> list[str]:
         """A line each on what befell planners, and on what keeps times from comparing; see
-        `bench.analysis.summary.faults` and `bench.analysis.timing.remarks`."""
-        return [*faults(self.records), *timing.remarks(self.records, self.sessions)]
+        `remarks` in `bench.analysis.claims` and `bench.analysis.timing`, and `summary.faults`."""
+        return [
+            *faults(self.records),
+            *claims.remarks(self.records),
+            *timing.remarks(self.records, self.sessions),
+        ]
 
     @property
     def caption(self) -> str:

@@ -8,11 +8,15 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from bench.analysis import timing
+from bench.analysis import claims, timing
 from bench.analysis.statistics import censored_median, clustered_wilson_interval
 from bench.analysis.timing import cpu_shares
 from bench.judging.metric import Metric
 from bench.storage.record import LEFT_OUT, NOT_ATTEMPTED, Fault, Verdict
+
+_MOMENTS = ("mean", "std", "var", "median")
+
+CLAIMED_TIME = "claimed_time_s"
 
 _FIRST = ("env", "planner", "problems", "solved", "success_rate", "success_low", "success_high")
 _REST = (
@@ -21,8 +25,8 @@ _REST = (
     *("blocked_attempted", "blocked_solved", "blocked_success_rate", "blocked_length_mean"),
     "held_to",
     *timing.COLUMNS,
+    *("time_source", *(f"{CLAIMED_TIME}_{name}" for name in _MOMENTS)),
 )
-_MOMENTS = ("mean", "std", "var", "median")
 
 _PROBLEM = ["env_fingerprint", "problem"]
 """What tells a problem from others, also where several environments are summed up as one."""
@@ -62,9 +66,10 @@ def summarise(
     planner's help, of planners whose `stats` say so. `cpu_share_median` is how much of a core an
     attempt had while it planned (`shared_cores`), `processors` how many processors there
     were, by name. `scene_s_median` is of getting ready for problems' scenes, empty where all have
-    the same. Columns with `blocked_` in front are of the problems whose straight line is
-    blocked, empty where that is not known. `held_to`, and what is of common lengths, is for
-    `RunResults.summary` to say.
+    the same. What was planned elsewhere has no times, setting up included, but `claimed_time_s` of
+    verified successes; `time_source` says so. Columns with `blocked_` in front are of the problems
+    whose straight line is blocked, empty where that is not known. `held_to`, and what is of common
+    lengths, is for `RunResults.summary` to say.
 
     Args:
         records: rows of the store, which may have a column `blocked`.
@@ -104,7 +109,8 @@ def _row(
         "offline_s": setup_s + train_s,
         "status_counts": json.dumps(all_records["outcome"].value_counts().to_dict()),
         "fallbacks": _fallbacks(solved),
-        CENSORED_TIME: censored_median(records["solve_s"].astype(float), successes),
+        CENSORED_TIME: _censored_time(claims.planned_here(records)),
+        "time_source": claims.time_source(records),
         "reason": why_not_attempted(all_records),
         "cpu_share_median": cpu_shares(records).median(),
         "scene_s_median": records["scene_s"].astype(float).median(),
@@ -112,10 +118,21 @@ def _row(
         "processors": records.loc[records["processor"] != "", "processor"].nunique(),
     }
     for metric in metrics:
-        values = solved[metric.name].astype(float)
-        moments = values.mean(), values.std(), values.var(), values.median()
-        row |= {f"{metric.name}_{name}": m for name, m in zip(_MOMENTS, moments, strict=True)}
+        row |= _moments(metric.name, solved[metric.name])
+    if claims.were_planned_elsewhere(records):
+        row |= _moments(CLAIMED_TIME, solved[claims.CLAIMED_S])
     return row | _of_blocked(records)
+
+
+def _censored_time(records: pd.DataFrame) -> float:
+    solved = records["outcome"] == Verdict.VALID.value
+    return censored_median(records["solve_s"].astype(float), solved)
+
+
+def _moments(name: str, column: pd.Series) -> dict[str, object]:
+    values = column.astype(float)
+    moments = values.mean(), values.std(), values.var(), values.median()
+    return {f"{name}_{what}": moment for what, moment in zip(_MOMENTS, moments, strict=True)}
 
 
 def _problems_of(records: pd.DataFrame) -> int:

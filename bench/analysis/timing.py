@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from bench.analysis import claims
 from bench.analysis.statistics import censored_median, improvement
 from bench.storage.record import NOT_ATTEMPTED, Verdict, cost_history
 from envs.problem import Array
@@ -44,7 +45,7 @@ def remarks(records: pd.DataFrame, sessions: Sequence[Mapping[str, Any]]) -> lis
     """A line for each environment whose rows are of several machines, and for each planner that
     often had less than `LEAST_SHARE` of a core. They say what was measured, not why: a planner that
     waits, by design or for a disk, looks like one whose core was busy."""
-    made = records[~records["status"].isin(NOT_ATTEMPTED)]
+    made = claims.planned_here(records[~records["status"].isin(NOT_ATTEMPTED)])
     machines = {session["run_id"]: session.get("machine") for session in sessions}
     return [*_of_machines(made, machines), *_of_cores(made)]
 
@@ -146,12 +147,13 @@ def times_to_lengths(solved: pd.DataFrame) -> pd.DataFrame:
     last one, whatever it said. Without a history its one path comes in the end.
 
     Args:
-        solved: verified successes in one environment, of every planner on the same problems.
+        solved: verified successes in one environment, of every planner on the same problems. What
+            was planned elsewhere has lengths, but no times, and no row.
     """
     solved = solved.astype({"length": float, "solve_s": float})
     best = solved.groupby("problem")["length"].min()
     rows = {}
-    for planner, attempts in solved.groupby("planner", sort=False):
+    for planner, attempts in claims.planned_here(solved).groupby("planner", sort=False):
         shortest = best[attempts["problem"]].to_numpy(dtype=float)
         times = np.array([_times(*attempt) for attempt in _attempts(attempts, shortest)])
         rows[str(planner)] = _summed_up(times.reshape(-1, len(LEVELS)))
@@ -185,6 +187,8 @@ def _summed_up(times: np.ndarray) -> list[float]:
 
 def held_to(selection: Mapping[str, Any], planner: str) -> str:
     """What a planner was held to in a run, in words: where it might stop before the time limit."""
+    if planner in selection.get(claims.ELSEWHERE, ()):
+        return "planned elsewhere"
     improves = selection.get("improves", {}).get(planner)
     stop = str(selection["settings"]["stop"])
     match = re.fullmatch(r"match:(.+):([0-9]+[.0-9e+-]*)", stop)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import signal
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,7 +20,8 @@ from bench.cli.terminal import note, tell, tell_tables
 from bench.execution import weights_manager
 from bench.execution.config import make_run_config, on_device
 from bench.execution.problem_choice import check_range
-from bench.report import comparison_text, markdown, regression_text, writers
+from bench.judged_file import judge_file
+from bench.report import comparison_text, markdown, path_file, regression_text, writers
 from envs import InputError
 
 DONE, REGRESSION, NOTHING_MEASURED = 0, 1, 3
@@ -210,6 +212,32 @@ def test_planner(chosen: SimpleNamespace) -> int:
             + evidence.unsupported
         )
     return FAILED if any(f.outcome is conformance.Outcome.FAILED for f in found) else DONE
+
+
+def judge(chosen: SimpleNamespace) -> int:
+    """`bench judge`."""
+    found = judge_file(
+        chosen.env,
+        chosen.paths,
+        problems=chosen.problems,
+        seed=chosen.seed,
+        problem_file=chosen.problem_file,
+    )
+    if chosen.json:
+        tell(json.dumps(found.data, indent=2))
+    else:
+        tell_tables(found.text, wide=chosen.wide)
+    if not found.judgements:
+        return NOTHING_MEASURED
+    return DONE if found.all_valid else FAILED
+
+
+def paths(chosen: SimpleNamespace) -> int:
+    """`bench paths`."""
+    run = RunResults.read(chosen.dir)
+    count = path_file.write(run, chosen.out, chosen.planner, chosen.env, chosen.repeat)
+    note(f"{chosen.out}: {count} attempts")
+    return DONE
 
 
 def replay(chosen: SimpleNamespace) -> int:

@@ -335,6 +335,59 @@ def list_() -> None:
     """Lists what is registered; without an argument planners and environments."""
 
 
+@_command("judge", "commands:judge", "judge paths of a file")
+@click.option(
+    "--env",
+    required=True,
+    metavar="ENV",
+    shell_complete=_ENVS,
+    help="an environment, as in c3d:scene=3",
+)
+@_file(
+    "--paths",
+    metavar="FILE",
+    help="of paths: .csv, .json, .npz, or .txt as OMPL's printAsMatrix prints them",
+    required=True,
+)
+@click.option(
+    "--problems",
+    type=int,
+    metavar="N",
+    help="of the environment, as in a run; FILE may name these (default: any that there are)",
+)
+@_problem_file
+@click.option(
+    "--seed", type=int, metavar="S", help="of the problems, as in a run (default: FILE's own, or 0)"
+)
+@click.option("--json", is_flag=True, help="as JSON, with all that is known of each path")
+@_metric_file
+@_wide
+def judge() -> None:
+    """Judges each path of FILE, whatever program made it, and prints its verdict, where it first
+    touches what, and all metrics that need no clock. A path that names no problem is judged from
+    its own first waypoint to its own last. Exit code 1 if the judge refuses one, 3 if FILE has none
+    to judge."""
+
+
+@_command("paths", "commands:paths", "write a run's paths to a file")
+@_folder("dir")
+@click.option("--planner", metavar="P", help="a planner of that run (default: the only one)")
+@click.option(
+    "--env",
+    metavar="ENV",
+    shell_complete=_ENVS,
+    help="an environment of that run (default: the only one)",
+)
+@click.option(
+    "--repeat", type=int, default=0, metavar="R", help="which attempts, from 0 (default: 0)"
+)
+@_file("--out", metavar="FILE", help=".csv, .json, .npz or .txt", required=True)
+@_planner_file
+def paths() -> None:
+    """Writes what a planner did in a run, with problems and times, to a file that judge reads, and
+    that a run replays as the planner recorded:file=FILE."""
+
+
 @_command("test-planner", "commands:test_planner", "check that a planner keeps to the contract")
 @click.argument("planner", metavar="NAME|FILE.py:CLASS[:KEY=VALUE,...]")
 @click.option(

@@ -109,6 +109,7 @@ class RunConfig:
             "planners": [entry.id for entry in self.planners],
             "planner_versions": self.planner_versions,
             "improves": {entry.id: queries.improves(entry) for entry in self.planners},
+            "planned_elsewhere": [e.id for e in self.planners if queries.planned_elsewhere(e)],
             "problems": max(problem_set.end for problem_set in self.problem_sets),
             **self.choice.data,
             "repeats": self.repeats,

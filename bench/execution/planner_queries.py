@@ -119,6 +119,12 @@ def improves(planner: Entry[Planner]) -> bool:
 
 
 @_query
+def planned_elsewhere(planner: Entry[Planner]) -> bool:
+    """Whether it only hands over what was planned elsewhere, so that its times are claims."""
+    return bool(planner.make().planned_elsewhere)
+
+
+@_query
 def takes_device(planner: Entry[Planner]) -> bool:
     """Whether its class can be told on which device of PyTorch to run; the spec does not say."""
     parameters = inspect.signature(planner.spec.load()).parameters
@@ -155,7 +161,10 @@ def refuse_bad_weights(planner: Entry[Planner], world: World) -> None:
     """Raises InputError if it would find weights there that it cannot use, or cannot be made."""
     from planners.learning.learned_planner import check_weights
 
-    check_weights(planner.make(), world.env)
+    made = planner.make()
+    check_weights(made, world.env)
+    if made.planned_elsewhere:  # its weights are the paths
+        made.weights_digest(world.env)
 
 
 @_query

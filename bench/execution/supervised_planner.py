@@ -9,12 +9,13 @@ from dataclasses import replace
 from typing import Any
 
 from bench.execution import machine
+from bench.execution import planner_queries as queries
 from bench.execution.config import ProblemSet, RunConfig, on_device
 from bench.execution.measurement import stored_metrics
 from bench.execution.session import Costs, Session
 from bench.execution.worker_process import Attempt, SetUp, WorkerProcess, hard_limit_s
 from bench.judging.judge import Judgement
-from bench.storage.record import Fault, Record, Verdict, encode_path, outcome
+from bench.storage.record import Fault, Record, Verdict, claimed_solve_s, encode_path, outcome
 from envs import InputError, Problem
 from envs.registry import Entry
 from envs.seeding import derived_seed
@@ -66,6 +67,7 @@ class SupervisedPlanner:
         self._config = config
         self._session = session
         self._worker: WorkerProcess | None = None
+        self._planned_elsewhere = queries.planned_elsewhere(planner)
         self._set_up = unready
         self._given_up = unready is not None
         self._has_been_ready = False
@@ -81,6 +83,8 @@ class SupervisedPlanner:
             why = f"set_scene: {scene.error}"
             return Attempt(scene.fault, None, error=why, scene_s=scene.setup_s)
         attempt = self._worker.solve(problem, self._config.time_limit_s, stop_cost)
+        if self._planned_elsewhere:
+            attempt = _as_claimed(attempt)
         return attempt if scene is None else replace(attempt, scene_s=scene.setup_s)
 
     def _scene(self, worker: WorkerProcess, problem: Problem) -> SetUp | None:
@@ -109,7 +113,7 @@ class SupervisedPlanner:
         `repeat` and `measured_at`."""
         set_up = self._set_up or SetUp("", "", 0.0)
         verdict = judged.verdict.value if judged else ""
-        came = outcome(attempt.status, verdict, attempt.solve_s, self._config.time_limit_s)
+        came = outcome(attempt.status, verdict, self._took_s(attempt), self._config.time_limit_s)
         checks = attempt.stats.get("collision_checks")
         reason = judged.reason if judged else ""
         return Record(
@@ -143,6 +147,13 @@ class SupervisedPlanner:
             stats=json.dumps(attempt.stats),
             **known,
         )
+
+    def _took_s(self, attempt: Attempt) -> float | None:
+        """What the time limit is held against: of what was planned elsewhere the time that it
+        claims; without a claim there is nothing that would be too late."""
+        if not self._planned_elsewhere:
+            return attempt.solve_s
+        return claimed_solve_s(json.dumps(attempt.stats)) or 0.0
 
     def _ready(self) -> SetUp:
         """Sees to it that a process waits for a problem, unless setting up failed at first.
@@ -200,3 +211,18 @@ class SupervisedPlanner:
 
     def _alive(self) -> bool:
         return self._worker is not None and self._worker.alive
+
+
+def _as_claimed(attempt: Attempt) -> Attempt:
+    """An attempt of which only the path was made elsewhere, without what handing it over cost here,
+    and without a history of costs, whose times nobody measured here."""
+    stats = {name: value for name, value in attempt.stats.items() if name != "cost_history"}
+    return replace(
+        attempt,
+        stats=stats,
+        solve_s=None,
+        cpu_s=None,
+        load=None,
+        peak_memory_mb=None,
+        attempt_memory_mb=None,
+    )

@@ -129,7 +129,10 @@ METRICS = (
 )
 """This program's own."""
 
-RESERVED = ("success", "blocked_length", "cpu_share", "versions")
+RESERVED = (
+    *("success", "blocked_length", "cpu_share", "versions"),
+    *("claimed_time_s", "claimed_solve_s", "planned_elsewhere"),
+)
 """Names of what is compared beside metrics, of other means and medians in summaries, and of what
 stands beside metrics in records."""
 

@@ -13,7 +13,9 @@ from typing import Any
 
 import pandas as pd
 
+from bench.analysis import claims
 from bench.analysis.run_results import RunResults
+from bench.analysis.summary import CLAIMED_TIME
 from bench.judging.metric import Metric
 
 INVALID = "invalid"
@@ -37,6 +39,9 @@ REACHED_NOTE = (
     "problem, and to 5 and 20 % more: medians over these problems, where what was not reached "
     "takes for ever (a dash: most were not), and the share that was."
 )
+
+CLAIMED = "claimed s, not timed here"
+"""The title of planning times of what was planned elsewhere, where there is any."""
 
 BLOCKED_SUCCESS = "blocked: success %"
 """The title of success on the problems alone whose straight line is blocked."""
@@ -89,6 +94,7 @@ def success_rows(run: RunResults) -> list[dict[str, str]]:
     """
     summary = run.summary
     known = summary["blocked_attempted"].notna().any()
+    has_claims = (summary["time_source"] == claims.CLAIMED).any()
     some_invalid = summary["invalid_problems"].any()
     return [
         {
@@ -98,6 +104,7 @@ def success_rows(run: RunResults) -> list[dict[str, str]]:
             **({INVALID: f"{row['invalid_problems']}"} if some_invalid else {}),
             "success %": success(row),
             **{run.heading(m): _moments(row, m, run.spread) for m in _primary(run)},
+            **({CLAIMED: _claimed(row, run.spread)} if has_claims else {}),
             **(_blocked(row, run) if known else {}),
             "offline s": number(row["offline_s"], 2),
             "outcomes": counted(outcomes(row)) + because(row),
@@ -248,9 +255,20 @@ def counted(outcomes: dict[str, str]) -> str:
     return ", ".join(f"{name} {count}" for name, count in outcomes.items())
 
 
+_DIGITS_OF_CLAIMS = 3
+
+
+def _claimed(row: dict[Any, Any], spread: str) -> str:
+    return _spread(row, CLAIMED_TIME, _DIGITS_OF_CLAIMS, spread)
+
+
 def _moments(row: dict[Any, Any], metric: Metric, spread: str) -> str:
+    return _spread(row, metric.name, metric.digits, spread)
+
+
+def _spread(row: dict[Any, Any], name: str, digits: int, spread: str) -> str:
     mean, around, median = (
-        number(row[f"{metric.name}_{of}"], metric.digits) for of in ("mean", spread, "median")
+        number(row[f"{name}_{of}"], digits) for of in ("mean", spread, "median")
     )
     return NONE if mean == NONE else f"{mean} ± {around} ({median})"
 

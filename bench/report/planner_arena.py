@@ -121,7 +121,7 @@ def write(run: RunResults, file: Path) -> None:
     metrics by their own names (OMPL's clearance is a mean over waypoints, none of ours), and
     `solution_time`, which is `time` without what failures took. `status` is the
     outcome, `correct_solution` what the judge says of a claimed path, NULL without one or if the
-    judge did not decide.
+    judge did not decide. Times of what was planned elsewhere are NULL, as nobody measured them.
     `progress` has the best length over time of verified successes. What was not attempted is no
     run, since rates are of all runs: `setup` has the reason, by planner, as `not_attempted`.
 

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from bench.analysis.claims import planned_here
 from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import solved_by_time
 from bench.analysis.timing import anytime
@@ -18,7 +19,7 @@ def success(run: RunResults, env: str | None, ax: Axes | None) -> Axes:
     """The share of problems solved over planning time; see `bench.Run.plot_success`."""
     axes = ax if ax is not None else plt.subplots(layout="constrained")[1]
     chosen, records = _of(run, env)
-    for planner, attempts in records.groupby("planner", sort=False):
+    for planner, attempts in planned_here(records).groupby("planner", sort=False):
         solved = (attempts["outcome"] == Verdict.VALID.value).to_numpy()
         times = attempts["solve_s"].to_numpy(np.float64)
         curve = solved_by_time(times, solved, until_s=_limit(run, chosen))

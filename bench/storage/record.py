@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -65,6 +66,9 @@ class Record:
     the machine's, and `load` how many of its cores were busy with something else meanwhile.
     `peak_memory_mb` is the most that the process held during the attempt, `attempt_memory_mb` how
     much that is more than it held before. What was not measured is None.
+
+    Of what was planned elsewhere (`Planner.planned_elsewhere`) no time or memory is known;
+    `stats` has what is claimed.
 
     `scene_s` is how long the planner took to get ready for the problem's scene, None where all
     problems have one scene.
@@ -190,6 +194,19 @@ def cost_history(stats: str) -> Array:
         return np.zeros((0, 2))
     finite = told[np.isfinite(told).all(axis=1)]
     return finite[np.argsort(finite[:, 0], kind="stable")]
+
+
+def claimed_solve_s(stats: str) -> float | None:
+    """The planning time in seconds that is claimed of what was planned elsewhere; None if none is.
+
+    Args:
+        stats: JSON, as in `bench.storage.record.Record`.
+    """
+    stored = json.loads(stats)
+    told = stored.get("claimed_solve_s") if isinstance(stored, dict) else None
+    if isinstance(told, bool) or not isinstance(told, int | float):
+        return None
+    return float(told) if 0 <= told < math.inf else None
 
 
 def readable_history(told: Any) -> Array | None:

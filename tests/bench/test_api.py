@@ -18,6 +18,7 @@ from in_process_worker import in_process
 import bench
 import envs
 import planners
+from bench.analysis.claims import CLAIMED_S, ELSEWHERE
 from bench.cli import interface
 from bench.judging.metrics import METRICS
 from bench.storage.record import COLUMNS, Verdict
@@ -45,7 +46,10 @@ def test_its_arguments_are_the_options_of_the_command() -> None:
 def test_data_frames_have_every_attempt_and_path(run: bench.Run) -> None:
     columns = [name for name in COLUMNS if name not in ("path", "metrics")]
     assert list(run.attempts.columns)[: len(columns)] == columns
-    assert set(run.attempts.columns[len(columns) :]) == {metric.name for metric in run.metrics}
+    assert set(run.attempts.columns[len(columns) :]) == {
+        *(metric.name for metric in run.metrics),
+        *(ELSEWHERE, CLAIMED_S),
+    }
     assert len(run.attempts) == 12
     assert run.summary["planner"].tolist() == PLANNERS.split(",")
     solved = run.attempts["outcome"] == "VALID"
@@ -142,4 +146,4 @@ def test_the_columns_of_attempts_are_documented() -> None:
     assert text is not None
     named = set(re.findall(r"`(\w+)`", text))
     assert {"env", "planner", "problem", "outcome", "solve_s"} <= named
-    assert named <= {*COLUMNS, *(metric.name for metric in METRICS)}
+    assert named <= {*COLUMNS, *(metric.name for metric in METRICS), ELSEWHERE, CLAIMED_S}

@@ -39,6 +39,8 @@ LINES = (
     "paper --quick --only c3d,gibson --out DIR",
     "test-planner my.py:Mine --env box --time-limit 2",
     "replay DIR --planner fmm --problem 3 --env c3d",
+    "judge --env c3d --paths FILE.json --problems 10 --seed 3 --problem-file FILE.csv --json",
+    "paths DIR --planner fmm --env c3d --repeat 1 --out FILE.csv",
     "list planners --json",
 )
 
@@ -71,7 +73,8 @@ def read_only(chosen: SimpleNamespace) -> int:
 
 @pytest.mark.usefixtures("logs")
 def test_command_lines(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("run", "train", "report", "compare", "check", "show", "field", "paper", "replay"):
+    of_their_name = "run train report compare check show field paper judge paths replay"
+    for name in of_their_name.split():
         monkeypatch.setattr(commands, name, read_only)
     monkeypatch.setattr(commands, "test_planner", read_only)
     monkeypatch.setattr(listing, "list_", read_only)

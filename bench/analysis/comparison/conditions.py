@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 
+from bench.analysis import claims
 from bench.analysis.run_results import RunResults
 
 _NOT_OF_TIME = {"memory_limit_mb"}
@@ -22,10 +23,12 @@ class Conditions:
         settings: of the run; see `bench.execution.config.RunConfig.settings`.
         machines: what is known of the machine and of the variables that decide how fast libraries
             are, by the id of the session; None where a session was cut off before it was noted.
+        planned_elsewhere: whether their times are claims.
     """
 
     settings: Mapping[str, Any]
     machines: Mapping[str, Mapping[str, Any] | None]
+    planned_elsewhere: bool = False
 
     @staticmethod
     def of(run: RunResults, attempts: pd.DataFrame) -> Conditions:
@@ -34,7 +37,8 @@ class Conditions:
         machines = {s["run_id"]: _machine(s) for s in run.sessions}
         [digest] = attempts["settings"].unique()
         ids = attempts["run_id"].unique()
-        return Conditions(settings[digest], {id: machines.get(id) for id in ids})
+        elsewhere = claims.were_planned_elsewhere(attempts)
+        return Conditions(settings[digest], {id: machines.get(id) for id in ids}, elsewhere)
 
 
 def _machine(session: Mapping[str, Any]) -> Mapping[str, Any] | None:
@@ -46,6 +50,8 @@ def _machine(session: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
 def why_times_differ(a: Conditions, b: Conditions) -> str:
     """What keeps times of `a` and `b` from comparing, empty if nothing does."""
+    if a.planned_elsewhere or b.planned_elsewhere:
+        return f"times of what was planned elsewhere are {claims.CLAIM}"
     settings = [
         fact
         for key, fact in _differences(a.settings, b.settings).items()

@@ -167,18 +167,21 @@ def _success(a: Array, b: Array) -> _Comparison:
     return _Comparison(SUCCESS, True, len(a), (float(a.mean()), float(b.mean())), test, effect)
 
 
+_SOLVED_BY_NONE = "no problem was solved by both"
+
+
 def _measured(metric: Metric, pair: Pair, both: Flags) -> _Comparison:
     result = partial(_Comparison, metric.name, metric.higher_is_better)
+    apart = why_times_differ(pair.a.conditions, pair.b.conditions) if metric.timed else ""
     a, b = (side.values(metric.name)[both] for side in (pair.a, pair.b))
     known = np.isfinite(a) & np.isfinite(b)  # a scene without obstacles has no margin
     a, b = a[known], b[known]
     if len(a) == 0:
-        reason = "it has no value there" if both.any() else "no problem was solved by both"
+        reason = apart or "it has no value there" if both.any() else _SOLVED_BY_NONE
         return result(0, (math.nan, math.nan), reason=reason)
     medians = float(np.median(a)), float(np.median(b))
-    reason = why_times_differ(pair.a.conditions, pair.b.conditions) if metric.timed else ""
-    if reason:
-        return result(len(a), medians, reason=reason)
+    if apart:
+        return result(len(a), medians, reason=apart)
     b = np.where(np.isclose(a, b, rtol=_ROUNDING, atol=0.0), a, b)
     kind = metric.effect if min(a.min(), b.min()) > 0 else DIFFERENCE
     effect = paired_effect(a, b, kind=kind, confidence=CONFIDENCE)

@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from bench.analysis import claims
 from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import solved_by_time
+from bench.analysis.summary import CLAIMED_TIME
 from bench.analysis.timing import anytime
 from bench.judging.metric import Metric
 from bench.report import formatting
@@ -86,9 +88,12 @@ Curve = dict[str, Array]
 """Numbers by what they are; see the functions."""
 
 
-def solved_by(records: pd.DataFrame, limit_s: float) -> Curve:
+def solved_by(records: pd.DataFrame, limit_s: float) -> Curve | None:
     """The share `y` of all attempts that were verified successes by `x` seconds, from the first
-    one up to the time limit; see `bench.analysis.statistics.solved_by_time`."""
+    one up to the time limit; see `bench.analysis.statistics.solved_by_time`. None of what was
+    planned elsewhere."""
+    if claims.were_planned_elsewhere(records):
+        return None
     solved = (records["outcome"] == Verdict.VALID.value).to_numpy()
     curve = solved_by_time(records["solve_s"].to_numpy(np.float64), solved, until_s=limit_s)
     # Time 0 has no place on a logarithmic axis: the first step rises from 0 where it is.
@@ -119,6 +124,7 @@ _SORTED_BY = {
     "setup s": "setup_s",
     "training s": "train_s",
     "offline s": "offline_s",
+    formatting.CLAIMED: f"{CLAIMED_TIME}_mean",
     formatting.SCENE_TIME: "scene_s_median",
     formatting.BLOCKED_SUCCESS: "blocked_success_rate",
     **{title: f"time_s_to_{level}" for level, title in formatting.REACHED.items()},

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 import envs
+from bench.analysis.claims import CLAIMED_S, were_planned_elsewhere
 from bench.analysis.run_results import RunResults
 from bench.execution.problem_choice import ProblemChoice
 from bench.judging.contact import first_contact
@@ -118,6 +119,7 @@ def columns(run: RunResults) -> list[Column]:
     metrics = [m for m in run.metrics if run.records[m.name].notna().any() and m.name != "time_s"]
     return [
         ("solve_s", "time s", 4),
+        *([(CLAIMED_S, formatting.CLAIMED, 4)] if were_planned_elsewhere(run.records) else []),
         *((m.name, run.heading(m), m.digits + _MORE_DIGITS if m.digits else 0) for m in metrics),
         *_OF_ANY_ATTEMPT,
     ]

@@ -1,0 +1,1 @@
+"""Paths that were planned elsewhere, from files: reading, writing and replaying them."""
