@@ -174,6 +174,7 @@ def run(
     stop: str = PAPER,
     jobs: int = 1,
     memory_limit: int = 4096,
+    problem_file: str | Path | None = None,
     planner_file: Iterable[str | Path] = (),
     metric_file: Iterable[str | Path] = (),
     device: str = CPU,
@@ -196,6 +197,7 @@ def run(
             "match:PLANNER[:TOLERANCE]" or "paper".
         jobs: int, planners at a time, at most as many as there are physical cores.
         memory_limit: int, MB, of each planner's process.
+        problem_file: file of problems (.csv, .json, .yaml), in place of drawn ones.
         planner_file: files of Python with planners of your own.
         metric_file: files of Python with metrics of your own.
         device: of PyTorch, "cpu" or "cuda", for learned planners.
@@ -237,6 +239,7 @@ def run(
             train=not no_train,
             device=device,
             keep_invalid=keep_invalid,
+            problem_file=None if problem_file is None else Path(problem_file),
         )
         folder = Path("results/runs") / config.problem_sets[0].entry.spec.id
         return Run(carry_out(config, folder if out is None else Path(out), force=force))

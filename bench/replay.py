@@ -15,6 +15,7 @@ import planners
 from bench.analysis.run_results import RunResults
 from bench.execution import measurement, weights_manager
 from bench.execution.config import CPU, ProblemSet, RunConfig, on_device, repeated
+from bench.execution.problem_choice import ProblemChoice
 from bench.execution.session import Session
 from bench.execution.stop_rule import StopRule
 from bench.execution.supervised_planner import SupervisedPlanner
@@ -106,7 +107,7 @@ def replay(
     attempts = attempts[attempts["repeat"] == repeat]
     whose = f"{folder}: {who.id}" if repeat == 0 else f"{folder}, repeat {repeat}: {who.id}"
     then = _row(attempts[attempts["planner"] == who.id], problem, whose)
-    problem_set = _made(where, problem, selection["seed"])
+    problem_set = _made(where, problem, ProblemChoice.of_selection(selection))
     config = _config(selection, problem_set, who)
     stop_cost = config.stop.stop_cost(_reference_length(config.stop, attempts, problem))
     now, contact = _attempted(config, repeat, stop_cost)
@@ -163,16 +164,16 @@ def _missing(value: Any) -> bool:
     return value is None or (isinstance(value, float) and bool(np.isnan(value)))
 
 
-def _made(where: Mapping[str, Any], problem: int, seed: int) -> ProblemSet:
+def _made(where: Mapping[str, Any], problem: int, choice: ProblemChoice) -> ProblemSet:
     entry: Entry[Environment] = envs.REGISTRY.entry(where["id"])
-    problem_set = ProblemSet.make(entry, 1, seed)
+    problem_set = ProblemSet.make(entry, replace(choice, count=1))
     if problem_set.env.fingerprint != where["fingerprint"]:
         raise InputError(
             f"{entry.id} is not what it was: its fingerprint was {where['fingerprint']} and is "
             f"{problem_set.env.fingerprint}; replay with the files and versions that the manifest "
             "names"
         )
-    return replace(problem_set, problems=tuple(problem_set.env.problems_at([problem], seed)))
+    return replace(problem_set, problems=tuple(choice.at(problem_set.env, [problem])))
 
 
 def _config(
@@ -182,7 +183,7 @@ def _config(
     config = RunConfig(
         (problem_set,),
         (planner,),
-        selection["seed"],
+        ProblemChoice.of_selection(selection),
         settings["time_limit_s"],
         StopRule.parse(settings["stop"]),
         settings["jobs"],
@@ -209,7 +210,7 @@ def _reference_length(stop: StopRule, attempts: pd.DataFrame, problem: int) -> f
 def _attempted(config: RunConfig, repeat: int, stop_cost: float) -> tuple[Mapping[str, Any], str]:
     """The new row, and the contact of its path in words, "" if it has none."""
     [problem_set], [planner] = config.problem_sets, config.planners
-    [first] = problem_set.problems
+    [first] = problem_set.problems if config.keep_invalid else problem_set.facts.problems
     problem = repeated(first, repeat)
     wanted = on_device(planner, config.device)
     unready = weights_manager.unready(wanted, problem_set.shown, may_train=False)

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous as batched
+from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_model import Allowed, CollisionModel, Prover
-from envs.collision.primitive_sdf import SceneArrays
+from envs.collision.part_scenes import PartScenes
 from envs.collision.shapes import Obstacle, Robot
 from envs.problem import Array, Problem
 from envs.spaces import Coordinates, Space
@@ -32,11 +33,11 @@ class LinkGeometry(NamedTuple):
 
     Attributes:
         robot: `envs.robots.arm.RobotArrays`: joints, and spheres that cover the links.
-        scene: the obstacles.
+        scenes: the obstacles that each link's solids must not touch.
     """
 
     robot: Any
-    scene: SceneArrays
+    scenes: PartScenes
 
 
 class Environment(ABC):
@@ -295,6 +296,12 @@ class Environment(ABC):
         return None
 
     @property
+    def may_touch(self) -> NDArray[np.bool_] | None:
+        """Which of the robot's shapes that move may touch which obstacles, or be within them:
+        (moving, obstacles) of bool; None, which is the default, where none may touch any."""
+        return None
+
+    @property
     def not_allowed(self) -> str:
         """Where a robot is that touches nothing, but is not where it is `allowed`, for messages."""
         if self.is_interior:
@@ -343,7 +350,12 @@ class Environment(ABC):
             self.space,
             allowed_apart=self.allowed_apart,
             prover=self.prover,
+            may_touch=self.may_touch,
         )
+
+    def checked_pairs(self) -> CheckedPairs:
+        """The pairs of shapes that must not touch in this scene, one by one, for messages."""
+        return CheckedPairs(self.robot, self.obstacles, self.may_touch)
 
     @property
     def fingerprint(self) -> str:

@@ -34,18 +34,31 @@ class Problem:
     """Find a path from `start` to `goal`, each (d,) in the environment's units.
 
     `index` is its place among the problems of a seed; `seed` is the planner's random seed for it.
+    Where several goals are given, `goals` (g, d), a path to any of them will do; `goal` is the
+    first of them. None where there is one alone.
     """
 
     start: Array
     goal: Array
     index: int = 0
     seed: int = 1
+    goals: Array | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", frozen_array(self.start, 1, "start"))
         object.__setattr__(self, "goal", frozen_array(self.goal, 1, "goal"))
         if self.start.shape != self.goal.shape:
             raise ValueError(f"start has shape {self.start.shape}, goal {self.goal.shape}")
+        if self.goals is None:
+            return
+        object.__setattr__(self, "goals", frozen_array(self.goals, 2, "goals"))
+        if len(self.goals) == 0 or not np.array_equal(self.goals[0], self.goal):
+            raise ValueError("the goal must be the first of the goals")
+
+    @property
+    def all_goals(self) -> Array:
+        """Configurations (g, d) that a path may end in."""
+        return self.goal[None] if self.goals is None else self.goals
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,7 +69,7 @@ def ball(body: int, radius: float, x: float, y: float = 0, z: float = 0) -> Part
 
 def fcl_only(env: Environment) -> CollisionModel:
     """Without quick proofs, asking everywhere whether the robot is where it may be."""
-    return CollisionModel(env.robot, env.obstacles, allowed=env.allowed)
+    return CollisionModel(env.robot, env.obstacles, allowed=env.allowed, may_touch=env.may_touch)
 
 
 def configurations(env: Environment, n: int, seed: int) -> Array:

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
 from exact_bodies import ExactBody
 from exact_robots import BASES, ExactArm, RobotFiles, numbered
-from made_robots import made_body_world, made_scene, made_tree_world
+from made_robots import (
+    let_links_touch_obstacles,
+    made_body_world,
+    made_scene,
+    made_tree_world,
+)
 from motion_agreement import Comparison
 
 import envs
@@ -16,7 +22,7 @@ from envs.robots.named_robots import known_robots, robot_named
 from envs.scenes.arm_world import ArmWorld
 from envs.scenes.rigid_world import RigidWorld
 
-TREES, BODIES = 50, 12
+TREES, BODIES, TOUCHING = 50, 12, 20
 
 _OF_MBM = {
     "panda": "panda_arm",
@@ -28,9 +34,10 @@ _OF_MBM = {
 
 
 def compared_robots() -> list[str]:
-    """The names of all: "tree 3", "body 0", "panda", "mbm/fetch", those of MotionBenchMaker if
-    BENCH_DATA has them."""
-    made = [f"tree {n}" for n in range(TREES)] + [f"body {n}" for n in range(BODIES)]
+    """The names of all: "tree 3", "touching 3", a tree whose links may touch some obstacles,
+    "body 0", "panda", "mbm/fetch", those of MotionBenchMaker if BENCH_DATA has them."""
+    counts = {"tree": TREES, "touching": TOUCHING, "body": BODIES}
+    made = [f"{kind} {n}" for kind, count in counts.items() for n in range(count)]
     data = os.environ.get("BENCH_DATA")
     of_mbm = [f"mbm/{name}" for name in _OF_MBM] if data else []
     return [*made, *(robot.name for robot in known_robots()), *of_mbm]
@@ -47,6 +54,9 @@ def comparison(name: str, folder: Path) -> Comparison:
         return of_body(made_body_world(folder, int(seed)))
     if kind == "tree":
         return of_arm(*made_tree_world(folder, int(seed)))
+    if kind == "touching":
+        text, files = made_tree_world(folder, int(seed))
+        return of_arm(text, files, let_links_touch_obstacles(folder, int(seed)))
     text, files = _real(name)
     env = _arm_world(text)
     at = env.robot.tree.joints[0].origin[:3, 3]
@@ -71,15 +81,16 @@ def _arm_world(text: str) -> ArmWorld:
     return env
 
 
-def of_arm(text: str, files: RobotFiles) -> Comparison:
-    """Of a kinematic tree, the text of whose environment has these files."""
+def of_arm(text: str, files: RobotFiles, contacts: Collection[tuple[str, int]] = ()) -> Comparison:
+    """Of a kinematic tree, the text of whose environment has these files, with links that may touch
+    obstacles; see `ExactArm`."""
     env = _arm_world(text)
     coordinates = [joint.name for joint in env.robot.tree.coordinates]
     if files.drives:
         base = 3 if files.drives == "planar" else 4
         assert env.space.size == len(coordinates[base:]) + BASES[files.drives]
         coordinates = coordinates[base:]
-    exact = ExactArm(files, coordinates, env.obstacles)
+    exact = ExactArm(files, coordinates, env.obstacles, contacts)
     named = numbered(env.robot.links)
     ours = {frozenset((named[i], named[j])) for i, j in env.robot.pairs}
     differ = exact.leave_out_all_but(ours)

@@ -60,13 +60,19 @@ class ExactArm(ExactScene):
         coordinates: names of the joints that move and mimic no other, in the order in which
             configurations have them, after the numbers of the base.
         obstacles: what is about it; what does not move may touch them.
+        contacts: links that may touch obstacles as well: their names, and the obstacles' numbers.
     """
 
     def __init__(
-        self, files: RobotFiles, coordinates: Sequence[str], obstacles: Sequence[PlacedShape]
+        self,
+        files: RobotFiles,
+        coordinates: Sequence[str],
+        obstacles: Sequence[PlacedShape],
+        contacts: Collection[tuple[str, int]] = (),
     ) -> None:
         file = _for_urdfdom(files.urdf)
         self._links = Links(file, coordinates, files.srdf)
+        self._contacts = frozenset(contacts)
         self._model = pinocchio.buildModelFromUrdf(str(file))
         self._data = self._model.createData()
         self._neutral = pinocchio.neutral(self._model)
@@ -147,13 +153,17 @@ class ExactArm(ExactScene):
         return found
 
     def _forbidden(self, joints: Joints) -> Iterator[tuple[int, int]]:
-        """Pairs that must not touch: links and obstacles, and links that no joint joins and that
-        are not told to be allowed to; but for those that do not move as seen from each other."""
+        """Pairs that must not touch: links and obstacles, and links that no joint joins, that are
+        not told to be allowed to; but for those that do not move as seen from each other."""
         count = len(self.links)
         for i, j in zip(*np.triu_indices(len(joints.moves), 1), strict=True):
             if (joints.moves[i] == joints.moves[j]).all():
                 continue
-            if j >= count or not self._links.may_touch(self.links[i], self.links[j]):
+            if j >= count:
+                may = (self.links[i], j - count) in self._contacts
+            else:
+                may = self._links.may_touch(self.links[i], self.links[j])
+            if not may:
                 yield int(i), int(j)
 
     def names(self, pairs: NDArray[np.int64]) -> list[frozenset[str]]:

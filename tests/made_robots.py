@@ -4,10 +4,13 @@ trees as URDF and SRDF files, and rigid bodies."""
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import trimesh
+import yaml
 from bad_urdfs import collision, joint, link, robot
 from exact_robots import RobotFiles
 from scipy.spatial.transform import Rotation
@@ -46,6 +49,26 @@ def made_tree_world(folder: Path, seed: int) -> tuple[str, RobotFiles]:
         text += f",srdf={files.srdf}" + ",group=some,state=there" * group
         text += ',volume="-0.6,-0.6,-0.6,0.6,0.6,0.6"' * bool(drives)
     return text, files
+
+
+def let_links_touch_obstacles(folder: Path, seed: int) -> list[tuple[str, int]]:
+    """Rewrites the scene that a made tree is in so that about half of the pairs of its links and
+    obstacles may touch.
+
+    Returns:
+        These pairs, the obstacles by their numbers.
+    """
+    rng = np.random.default_rng([seed, 1])
+    scene = yaml.safe_load((folder / "scene.yaml").read_text())
+    for number, obstacle in enumerate(scene["obstacles"]):
+        obstacle["name"] = f"thing {number}"
+    root = ElementTree.parse(folder / "robot.urdf").getroot()
+    pairs = product((one.attrib["name"] for one in root.iter("link")), range(number + 1))
+    found = [pair for pair in pairs if rng.random() < 0.5]
+    told = [rng.permutation([name, f"thing {number}"]).tolist() for name, number in found]
+    scene["allowed_collisions"] = told
+    (folder / "scene.yaml").write_text(yaml.safe_dump(scene))
+    return found
 
 
 def _tree(folder: Path, rng: np.random.Generator, joints: int) -> list[str]:

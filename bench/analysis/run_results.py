@@ -273,7 +273,7 @@ def _caption(selection: dict[str, Any]) -> str:
     times = repeats_of(selection)
     often = f", {times} attempts a problem" if times > 1 else ""
     text = (
-        f"{_counts(selection)}{often}, seed {selection['seed']}, "
+        f"{_counts(selection)}{often}, {_origin(selection)}, "
         f"time limit {settings['time_limit_s']:g} s, stop rule `{settings['stop']}`, "
         f"{settings['jobs']} at a time."
     )
@@ -284,6 +284,12 @@ def _caption(selection: dict[str, Any]) -> str:
             )
             text += f" Problems of {env['id']}: {facts}."
     return text
+
+
+def _origin(selection: dict[str, Any]) -> str:
+    """Where the problems come from."""
+    given = selection.get("given_problems")
+    return f"of {given['file']}" if given else f"seed {selection['seed']}"
 
 
 def _counts(selection: dict[str, Any]) -> str:

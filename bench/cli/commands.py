@@ -17,7 +17,8 @@ from bench.analysis import comparison, regression, summary
 from bench.analysis.run_results import RunResults
 from bench.cli.terminal import note, tell, tell_tables
 from bench.execution import weights_manager
-from bench.execution.config import check_range, make_run_config, on_device
+from bench.execution.config import make_run_config, on_device
+from bench.execution.problem_choice import check_range
 from bench.report import comparison_text, markdown, regression_text, writers
 from envs import InputError
 
@@ -42,6 +43,7 @@ def run(chosen: SimpleNamespace) -> int:
         train=not chosen.no_train,
         device=chosen.device,
         keep_invalid=chosen.keep_invalid,
+        problem_file=chosen.problem_file,
     )
     folder: Path = chosen.out or Path("results/runs") / config.problem_sets[0].entry.spec.id
     signal.signal(signal.SIGTERM, signal.default_int_handler)

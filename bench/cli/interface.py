@@ -92,6 +92,11 @@ _device = click.option(
 )
 
 
+_problem_file = _file(
+    "--problem-file",
+    metavar="FILE",
+    help="of problems (.csv, .json, .yaml), in place of drawn ones",
+)
 _problems = click.option(
     "--problems",
     type=int,
@@ -116,6 +121,7 @@ _problems = click.option(
     help="planners, as in fmm,rrtstar:range=2; or all, or paper (default: all)",
 )
 @_problems
+@_problem_file
 @click.option(
     "--repeats", type=int, default=1, metavar="N", help="attempts at each problem (default: 1)"
 )
@@ -356,7 +362,9 @@ def test_planner() -> None:
     help="environments, as in mbm-panda or c3d,arm6",
 )
 @_problems
+@_problem_file
 @click.option("--seed", type=int, default=0, metavar="S", help="of problems (default: 0)")
+@_file("--out", metavar="FILE", help="to write the problems to, for --problem-file")
 @click.option("--json", is_flag=True, help="as JSON, an entry an environment")
 @_wide
 def problems() -> None:

@@ -10,10 +10,12 @@ from typing import Any
 from tqdm.auto import tqdm
 
 import envs
-from bench.cli.terminal import tell, tell_tables
-from bench.execution.config import asked_problems, check_problems
+from bench.cli.terminal import note, tell, tell_tables
+from bench.execution.problem_choice import ProblemChoice
 from bench.judging.problem_facts import BLOCKED, ProblemFacts, problem_facts
 from bench.report import markdown
+from bench.storage import problem_file
+from envs import InputError
 
 Census = Mapping[str, ProblemFacts]
 """By the ids of environments."""
@@ -21,11 +23,18 @@ Census = Mapping[str, ProblemFacts]
 
 def problems(chosen: SimpleNamespace) -> int:
     """`bench problems`."""
-    check_problems(chosen.problems, chosen.seed)
+    choice = ProblemChoice.checked(chosen.problems, chosen.seed, chosen.problem_file)
+    entries = envs.REGISTRY.entries(chosen.env)
+    if chosen.out is not None and len(entries) > 1:
+        raise InputError("--out is for the problems of one environment; name one")
     census = {}
-    for entry in tqdm(envs.REGISTRY.entries(chosen.env), unit="set", disable=None, leave=False):
+    for entry in tqdm(entries, unit="set", disable=None, leave=False):
         env = entry.make()
-        census[entry.id] = problem_facts(env, asked_problems(env, chosen.problems, chosen.seed))
+        asked = choice.of(env)
+        if chosen.out is not None:
+            problem_file.write(asked, chosen.out)
+            note(str(chosen.out))
+        census[entry.id] = problem_facts(env, asked)
     if chosen.json:
         tell(json.dumps([_data(id, facts) for id, facts in census.items()], indent=2))
     else:

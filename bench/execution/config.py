@@ -7,18 +7,21 @@ import json
 import logging
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import envs
 import planners
 from bench.execution import planner_queries as queries
 from bench.execution.planner_queries import World
+from bench.execution.problem_choice import ProblemChoice, check_range
 from bench.execution.stop_rule import PAPER, StopRule, paper_rule
 from bench.judging.metrics import REGISTERED
 from bench.judging.problem_facts import ProblemFacts, problem_facts, share_blocked
+from bench.storage.problem_file import GivenProblems
 from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
-from envs.seeding import TEST_SEEDS, derived_seed, training_seed
+from envs.seeding import derived_seed
 from planners import Planner
 from planners.learning.learned_planner import checked_device
 
@@ -26,9 +29,6 @@ logger = logging.getLogger(__name__)
 
 CPU = "cpu"
 """The device that runs use unless another is asked for."""
-
-PROBLEMS = 50
-"""In an environment that can have any number, unless another is asked for."""
 
 RULES = 2
 """Rises whenever the protocol or the judge changes what is measured."""
@@ -39,8 +39,8 @@ class RunConfig:
     """A run as it was asked for.
 
     Attributes:
+        choice: which problems.
         repeats: how often each planner attempts each problem, with another seed each time.
-        seed: of problems, planners and order.
         train: whether learned planners without weights are trained first.
         device: of PyTorch, for planners that take one and were not given another.
         keep_invalid: whether problems that are invalid as posed are attempted all the same.
@@ -48,7 +48,7 @@ class RunConfig:
 
     problem_sets: tuple[ProblemSet, ...]
     planners: tuple[Entry[Planner], ...]
-    seed: int
+    choice: ProblemChoice
     time_limit_s: float
     stop: StopRule
     jobs: int
@@ -57,6 +57,11 @@ class RunConfig:
     device: str = CPU
     repeats: int = 1
     keep_invalid: bool = False
+
+    @property
+    def seed(self) -> int:
+        """Of problems, planners and order."""
+        return self.choice.seed
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -72,6 +77,7 @@ class RunConfig:
             "memory_limit_mb": self.memory_limit_mb,
             **elsewhere,
             **kept,
+            **self.choice.settings,
         }
 
     @property
@@ -104,6 +110,7 @@ class RunConfig:
             "planner_versions": self.planner_versions,
             "improves": {entry.id: queries.improves(entry) for entry in self.planners},
             "problems": max(problem_set.end for problem_set in self.problem_sets),
+            **self.choice.data,
             "repeats": self.repeats,
             "seed": self.seed,
             "settings": self.settings,
@@ -116,9 +123,10 @@ class RunConfig:
         its straight line is blocked, and which ends are invalid."""
         facts = problem_set.facts
         blocked = {"share_of_straight_lines_blocked": share_blocked(facts.straight_lines)}
-        count = len(problem_set.problems)
+        count = 0 if self.choice.given else len(problem_set.problems)
+        drawn = problem_set.env.problem_statistics(count, self.seed) if count else {}
         return {
-            "census": blocked | problem_set.env.problem_statistics(count, self.seed),
+            "census": blocked | drawn,
             "straight_lines": facts.straight_lines,
             "invalid_ends": [end.data() for end in facts.invalid_ends],
         }
@@ -142,16 +150,16 @@ class ProblemSet:
 
     @staticmethod
     def make(
-        entry: Entry[Environment], problems: int | None, seed: int, shown: World | None = None
+        entry: Entry[Environment], choice: ProblemChoice, shown: World | None = None
     ) -> ProblemSet:
-        """With some problems, by default `PROBLEMS`, or as many as there are.
+        """With the problems that are chosen.
 
         Raises:
             InputError: the environment cannot be made or has too few problems.
         """
         env = entry.make()
-        asked = tuple(asked_problems(env, problems, seed))  # first, as its errors say how many
-        [warm_up] = env.sample_problems(1, training_seed("warm-up", seed))
+        asked = tuple(choice.of(env))  # first, as its errors say how many
+        warm_up = choice.warm_up(env)
         return ProblemSet(entry, env, shown or World(entry, entry.make()), asked, warm_up)
 
     @property
@@ -172,15 +180,6 @@ class ProblemSet:
             InputError: they cannot be read.
         """
         return queries.weights_digest(planner, self.shown)
-
-
-def asked_problems(env: Environment, problems: int | None, seed: int) -> list[Problem]:
-    """So many problems of an environment, or by default all of its list, or `PROBLEMS`.
-
-    Raises:
-        InputError: it has too few.
-    """
-    return env.sample_problems(problems or env.problem_count or PROBLEMS, seed)
 
 
 def repeated(problem: Problem, repeat: int) -> Problem:
@@ -204,18 +203,19 @@ def make_run_config(
     device: str = CPU,
     repeats: int = 1,
     keep_invalid: bool = False,
+    problem_file: Path | None = None,
 ) -> RunConfig:
     """Checks what was asked for.
 
-    Of no number of problems the environments have `PROBLEMS` each, or all that they have. Planners
-    chosen by a group ("all") are left out where they support none of the environments.
-    The reference of a match rule is added if it is missing and any of the planners may improve on
-    its first solution in any of the environments. Learned planners run on `device`.
+    Problems of a file must be valid unless invalid ones are kept. Planners chosen by a group
+    ("all") are left out where they support none of the environments. The reference of a match rule
+    is added if it is missing and any of the planners may improve on its first solution in any of
+    the environments. Learned planners run on `device`.
 
     Raises:
         InputError: something is unknown or out of range.
     """
-    check_problems(problems, seed)
+    choice = ProblemChoice.checked(problems, seed, problem_file)
     check_range("--repeats", repeats, 1, 10_000)
     check_range("--time-limit", time_limit_s, 0.001, 86_400)
     _check_jobs(jobs)
@@ -235,13 +235,16 @@ def make_run_config(
     for entry in chosen:  # bad arguments and weights are refused before anything runs
         for world in worlds:
             queries.refuse_bad_weights(entry, world)
-    problem_sets = tuple(ProblemSet.make(world.entry, problems, seed, world) for world in worlds)
+    problem_sets = tuple(ProblemSet.make(world.entry, choice, world) for world in worlds)
+    if choice.given is not None and not keep_invalid:
+        for problem_set in problem_sets:
+            _refuse_invalid(choice.given, problem_set)
     for line in told:  # not before: what is refused is refused in one line
         logger.info(line)
     return RunConfig(
         problem_sets,
         tuple(chosen),
-        seed,
+        choice,
         time_limit_s,
         rule,
         jobs,
@@ -251,6 +254,14 @@ def make_run_config(
         repeats,
         keep_invalid,
     )
+
+
+def _refuse_invalid(given: GivenProblems, problem_set: ProblemSet) -> None:
+    """A file is its user's to mend, unlike the sets of others."""
+    invalid = problem_set.facts.invalid.items()
+    faults = [f"{given.posed[index].row}: {reason}" for index, reason in invalid]
+    mend = "; --keep-invalid attempts them all the same" if faults else ""
+    given.refuse([*faults[:-1], *(f"{fault}{mend}" for fault in faults[-1:])])
 
 
 def on_device(entry: Entry[Planner], device: str) -> Entry[Planner]:
@@ -280,13 +291,6 @@ def _improves(entry: Entry[Planner], worlds: list[World]) -> bool:
     return queries.improves(entry) and _supports(entry, worlds)
 
 
-def check_problems(problems: int | None, seed: int) -> None:
-    """Raises InputError if there is no such number of problems, or no such seed."""
-    if problems is not None:
-        check_range("--problems", problems, 1, 1_000_000)
-    check_range("--seed", seed, 0, TEST_SEEDS - 1)
-
-
 def _check_jobs(jobs: int) -> None:
     cores = processors.physical_cores()
     if not 1 <= jobs <= cores:
@@ -294,9 +298,3 @@ def _check_jobs(jobs: int) -> None:
             f"--jobs must be between 1 and {cores}, the physical cores here, not {jobs}: "
             "planners that share a core would measure each other"
         )
-
-
-def check_range(option: str, value: float, low: float, high: float) -> None:
-    """Raises InputError if the value of an option is not between two others, or not a number."""
-    if not low <= value <= high:
-        raise InputError(f"{option} must be between {low} and {high}, not {value}")

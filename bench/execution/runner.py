@@ -103,7 +103,9 @@ class _Stage:
         self._underway = Underway(store.folder)
         self._force = force
         self._reference_lengths: dict[tuple[int, int], float] = {}
-        self._invalid = {} if config.keep_invalid else problem_set.facts.invalid
+        facts = problem_set.facts
+        self._invalid = {} if config.keep_invalid else facts.invalid
+        self._problems = problem_set.problems if config.keep_invalid else facts.problems
         self._look()
 
     def _look(self) -> None:
@@ -124,7 +126,7 @@ class _Stage:
         self.open = {
             (planner.id, problem.index, repeat)
             for planner in self._config.planners
-            for problem in self._problem_set.problems
+            for problem in self._problems
             for repeat in range(self._config.repeats)
             if (planner.id, problem.index, repeat) not in done
         }
@@ -188,8 +190,8 @@ class _Stage:
         self._slots = Slots(self._problem_set, self._config.jobs, at_once)
         pool = ThreadPoolExecutor(at_once)
         try:
-            for number, begin in enumerate(range(0, len(self._problem_set.problems), BLOCK)):
-                block = self._problem_set.problems[begin : begin + BLOCK]
+            for number, begin in enumerate(range(0, len(self._problems), BLOCK)):
+                block = self._problems[begin : begin + BLOCK]
                 for together in self._order(number, supervised_planners):
                     tasks = [pool.submit(self._attempt_block, c, block, progress) for c in together]
                     _finish(tasks)

@@ -12,8 +12,8 @@ from time import monotonic
 
 from bench.execution import machine
 from bench.execution import planner_queries as queries
-from bench.execution.config import check_range
 from bench.execution.planner_queries import World
+from bench.execution.problem_choice import check_range
 from bench.execution.session import TrainingProgress
 from bench.execution.worker_process import SetUp
 from bench.storage.record import Fault

@@ -150,7 +150,8 @@ class _Ready:
 
 
 def _problem(request: protocol.Message) -> Problem:
-    return Problem(request["start"], request["goal"], request["index"], request["seed"])
+    names = ("start", "goal", "index", "seed", "goals")
+    return Problem(**{name: request[name] for name in names})
 
 
 def _set_up(

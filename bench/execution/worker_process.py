@@ -199,6 +199,7 @@ def _said(problem: Problem) -> protocol.Message:
     return {
         "start": problem.start.tolist(),
         "goal": problem.goal.tolist(),
+        "goals": None if problem.goals is None else problem.goals.tolist(),
         "index": problem.index,
         "seed": problem.seed,
     }

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from envs import Environment
-from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.fcl_model import CollisionModel
 from envs.collision.first_contact import Place
 from envs.problem import Array
@@ -46,7 +45,7 @@ class Contact:
 def first_contact(env: Environment, model: CollisionModel, path: Array) -> Contact:
     """The first contact of a path of waypoints (k, d) that a collision model of `env` refuses."""
     place = model.first_contact(path)
-    pair, distance = CheckedPairs(env.robot, env.obstacles).nearest(place.q)
+    pair, distance = env.checked_pairs().nearest(place.q)
     at = place.q, place.share, place.waypoint
     if pair is None or (distance > model.tolerance and not _is_allowed(env, place)):
         return Contact(*at, None, distance, f"the robot touches nothing, but is {env.not_allowed}")

@@ -92,10 +92,12 @@ class Judge:
         if path.shape[1] != self._space.size:
             reason = f"waypoints have {path.shape[1]} coordinates, not {self._space.size}"
             return Judgement(Verdict.MALFORMED, reason)
-        ends = (("start", path[0], problem.start), ("goal", path[-1], problem.goal))
+        goals = problem.all_goals
+        nearest = "goal" if len(goals) == 1 else "nearest goal"
+        ends = (("start", path[0], problem.start[None]), (nearest, path[-1], goals))
         for name, there, wanted in ends:
             with np.errstate(over="ignore"):  # of what is that far off the square is infinite
-                [gap] = self._space.distance(there[None], wanted[None])
+                gap = self._space.distance(np.broadcast_to(there, wanted.shape), wanted).min()
             if not gap <= ENDPOINT_TOLERANCE:  # also of what is no number
                 reason = f"path is {gap:.3g} off the {name}"
                 return Judgement(Verdict.WRONG_ENDPOINT, reason, len(path))

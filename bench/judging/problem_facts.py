@@ -5,14 +5,13 @@ cannot be solved as they are posed, as the judge accepts no path that begins or 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from bench.judging.judge import SceneModels
 from envs import Environment, Problem
-from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 
@@ -29,7 +28,7 @@ class InvalidEnd:
 
     Attributes:
         index: of the problem.
-        end: "start" or "goal".
+        end: "start" or "goal", of several goals "goal 1", "goal 2", ...
         reason: which joints are outside their limits and by how much, or which links and obstacles
             touch and how deep.
     """
@@ -53,31 +52,47 @@ class ProblemFacts:
     Attributes:
         straight_lines: of each problem whether its straight line is BLOCKED or FREE.
         invalid_ends: the starts and goals that the judge refuses, in the problems' order.
+        invalid: of the problems that cannot be solved as they are posed, since the start or all
+            goals are refused, why not, by their indices.
+        problems: as planners get them: of several goals those that are not refused.
     """
 
     straight_lines: str
     invalid_ends: tuple[InvalidEnd, ...]
-
-    @property
-    def invalid(self) -> Mapping[int, str]:
-        """Of the problems that cannot be solved as they are posed why not, by their indices."""
-        reasons: dict[int, list[str]] = {}
-        for end in self.invalid_ends:
-            reasons.setdefault(end.index, []).append(str(end))
-        return {index: "; ".join(ends) for index, ends in reasons.items()}
+    invalid: Mapping[int, str]
+    problems: tuple[Problem, ...]
 
 
 def problem_facts(env: Environment, problems: Sequence[Problem]) -> ProblemFacts:
     """Of problems of an environment, each in its own scene, to the judge's tolerance."""
     models = SceneModels(env)
-    letters, invalid = [], []
+    letters, ends, invalid, solvable = [], [], {}, []
     for problem in problems:
         model = models.of(problem)
         refused = _invalid_ends(env.scene_of(problem), model, problem)
-        is_free = not refused and model.segment_is_free(problem.start, problem.goal)
+        goals = _goals_but(problem, [end.end for end in refused])
+        if len(goals) == 0 or any(end.end == "start" for end in refused):
+            invalid[problem.index] = "; ".join(map(str, refused))
+            goals = problem.all_goals[:0]
+        is_free = any(model.segment_is_free(problem.start, goal) for goal in goals)
         letters.append(FREE if is_free else BLOCKED)
-        invalid += refused
-    return ProblemFacts("".join(letters), tuple(invalid))
+        ends += refused
+        solvable.append(_with_goals(problem, goals) if refused and len(goals) else problem)
+    return ProblemFacts("".join(letters), tuple(ends), invalid, tuple(solvable))
+
+
+def _goals_but(problem: Problem, refused: Sequence[str]) -> Array:
+    """The goals (g, d) that are not refused."""
+    return problem.all_goals[[name not in refused for name in _goal_names(problem)]]
+
+
+def _with_goals(problem: Problem, goals: Array) -> Problem:
+    return replace(problem, goal=goals[0], goals=goals)
+
+
+def _goal_names(problem: Problem) -> list[str]:
+    count = len(problem.all_goals)
+    return ["goal"] if count == 1 else [f"goal {n + 1}" for n in range(count)]
 
 
 def share_blocked(letters: str) -> float:
@@ -86,7 +101,8 @@ def share_blocked(letters: str) -> float:
 
 
 def _invalid_ends(scene: Environment, model: CollisionModel, problem: Problem) -> list[InvalidEnd]:
-    ends = (("start", problem.start), ("goal", problem.goal))
+    goals = zip(_goal_names(problem), problem.all_goals, strict=True)
+    ends = [("start", problem.start), *goals]
     reasons = ((end, _refusal(scene, model, q)) for end, q in ends)
     return [InvalidEnd(problem.index, end, reason) for end, reason in reasons if reason]
 
@@ -121,7 +137,7 @@ def _contacts(scene: Environment, model: CollisionModel, q: Array) -> Iterator[s
     # What it imports takes a second, which only those with invalid problems pay.
     from envs.collision.penetration import penetration_depth
 
-    pairs = CheckedPairs(scene.robot, scene.obstacles)
+    pairs = scene.checked_pairs()
     names, unit = [*scene.shape_names, *scene.obstacle_names], scene.units["workspace"]
     solids = [*scene.robot.shapes, *(obstacle.solid for obstacle in scene.obstacles)]
     poses = [*scene.robot.poses(q), *(obstacle.pose[:3] for obstacle in scene.obstacles)]

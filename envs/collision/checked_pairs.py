@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from envs.collision.separation import separations, shapes_of
 from envs.collision.shapes import Obstacle, Robot
@@ -20,6 +21,7 @@ class CheckedPairs:
     Args:
         robot: its shapes, of which the first `moving` meet the obstacles.
         obstacles: fixed in the workspace.
+        may_touch: (moving, obstacles) of bool, which may touch each other, as in `CollisionModel`.
 
     Attributes:
         numbers: of the two of each pair: first the robot's shapes, then the obstacles are counted.
@@ -35,10 +37,16 @@ class CheckedPairs:
         ((0, 1), 1.0)
     """
 
-    def __init__(self, robot: Robot, obstacles: Sequence[Obstacle]) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        obstacles: Sequence[Obstacle],
+        may_touch: NDArray[np.bool_] | None = None,
+    ) -> None:
         first = len(robot.shapes)
-        about = range(first, first + len(obstacles))
-        self.numbers = [*robot.pairs, *product(range(robot.moving), about)]
+        meeting = product(range(robot.moving), range(len(obstacles)))
+        checked = ((i, j) for i, j in meeting if may_touch is None or not may_touch[i, j])
+        self.numbers = [*robot.pairs, *((i, first + j) for i, j in checked)]
         self._robot = robot
         self._shapes = shapes_of([*robot.shapes, *obstacles])
         self._still = [np.eye(3, 4)] * len(obstacles)

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import compress, pairwise, starmap
-from operator import not_
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import fcl
@@ -21,8 +19,9 @@ from numpy.typing import NDArray
 
 from envs.collision import continuous
 from envs.collision.continuous import DEFAULT_TOLERANCE
+from envs.collision.fcl_obstacles import broad_phases, fcl_transform, placed_in_fcl
 from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
-from envs.collision.separation import Shapes, clearances_of_each, shapes_of
+from envs.collision.separation import Shapes, clearances_of_each, contacts_array, shapes_of
 from envs.collision.shapes import POINT, Obstacle, Robot
 from envs.problem import Array
 from envs.spaces import Space
@@ -64,6 +63,8 @@ class CollisionModel:
             such proofs.
         space: whose shortest ways motions are; by default straight lines of the numbers. The
             robot's `motion_bound` is of the same.
+        may_touch: (moving, obstacles) of bool, which of the robot's shapes may touch which
+            obstacles, or be within them; None for none.
 
     Attributes:
         checks: the number of configurations that were queried so far.
@@ -79,6 +80,7 @@ class CollisionModel:
         *,
         allowed_apart: bool = False,
         prover: Prover | None = None,
+        may_touch: NDArray[np.bool_] | None = None,
     ) -> None:
         if not (tolerance > 0 and np.isfinite(tolerance)):
             raise ValueError(f"tolerance must be positive, not {tolerance}")
@@ -92,13 +94,21 @@ class CollisionModel:
         self._offsets = [shape.offset for shape in robot.shapes]
         self._allowed = allowed
         self._allowed_apart = allowed_apart
-        self._obstacles = [_placed(obstacle) for obstacle in obstacles]
-        self._manager = _manager(self._obstacles)
+        checked = np.ones((robot.moving, len(obstacles)), dtype=np.bool_)
+        if may_touch is not None:
+            if may_touch.shape != checked.shape:
+                raise ValueError(f"may_touch must be {checked.shape}, not {may_touch.shape}")
+            checked = ~may_touch
+        self._obstacles = [placed_in_fcl(obstacle) for obstacle in obstacles]
+        self._managers = broad_phases(self._obstacles, checked)
         self._is_ball = self._shapes.rows[:, 16] == POINT  # whose rotation does not matter
-        by_fcl = [o.exact_in_fcl and bool(self._is_ball.all()) for o in obstacles]
+        exact = [o.exact_in_fcl and bool(self._is_ball.all()) for o in obstacles]
+        by_fcl = np.array(exact, dtype=np.bool_)
         boxes = list(compress(self._obstacles, by_fcl))
-        self._boxes: Any = _manager(boxes) if boxes else None
-        self._around = shapes_of(list(compress(obstacles, map(not_, by_fcl))))
+        of_each = enumerate(broad_phases(boxes, checked[:, by_fcl]))
+        self._boxes = [(n, some) for n, some in of_each if checked[n, by_fcl].any()]
+        self._around = shapes_of(list(compress(obstacles, ~by_fcl)))
+        self._may_touch = contacts_array(None if may_touch is None else may_touch[:, ~by_fcl])
         self._collision = fcl.CollisionRequest()
         self._others: list[list[int]] = [[] for _ in range(robot.moving)]
         for a, b in robot.pairs:  # each pair is asked of one of the two, which moves
@@ -114,7 +124,7 @@ class CollisionModel:
         apart, known = self._own_clearances(_NEAR)
         if apart.min() <= 0:
             return False
-        asked = apart < _NEAR if self._boxes is None else apart > 0
+        asked = apart > 0 if self._boxes else apart < _NEAR
         return not self._touch(asked) and self._on_the_right_side(q, known)
 
     def clearance(self, q: Array, most: float = np.inf) -> float:
@@ -126,12 +136,12 @@ class CollisionModel:
         """
         self.checks += 1
         self._place(q)
-        if self._boxes is None:
-            apart, known = self._own_clearances(most)
-        else:
+        if self._boxes:
             boxes = self._from_boxes(most)
             apart, known = self._own_clearances(float(boxes.min()))
             apart = np.minimum(apart, boxes)
+        else:
+            apart, known = self._own_clearances(most)
         least = float(apart.min())
         if 0 < least <= _NEAR:
             least = 0.0 if self._touch((apart <= _NEAR) & (apart < most)) else least
@@ -215,19 +225,19 @@ class CollisionModel:
     def _touches(self, body: int) -> bool:
         """Whether FCL finds a shape in contact with anything that it must not touch."""
         data, one = fcl.CollisionData(), self._body(body)
-        self._manager.collide(one, data, fcl.defaultCollisionCallback)
+        self._managers[body].collide(one, data, fcl.defaultCollisionCallback)
         return data.result.is_collision or any(
             fcl.collide(one, self._body(other), self._collision, fcl.CollisionResult())
             for other in self._others[body]
         )
 
     def _from_boxes(self, most: float) -> Array:
-        """The distances (moving,) of the robot's shapes, balls, from boxes along the axes, or
-        `most` where that is less."""
-        found = np.empty(self.robot.moving)
-        for body in range(len(found)):
+        """The distances (moving,) of the robot's shapes, balls, from boxes along the axes that
+        each must not touch, or `most` where that is less."""
+        found = np.full(self.robot.moving, most)
+        for body, boxes in self._boxes:
             data = fcl.DistanceData()
-            self._boxes.distance(self._body(body), data, fcl.defaultDistanceCallback)
+            boxes.distance(self._body(body), data, fcl.defaultDistanceCallback)
             found[body] = min(data.result.min_distance, most)
         return found
 
@@ -238,7 +248,8 @@ class CollisionModel:
             return np.full(self.robot.moving, most), True
         found = np.empty(self.robot.moving)
         known = clearances_of_each(
-            self._shapes, self._poses, self._around, self._pairs, most, _NEAR, found
+            *(self._shapes, self._poses, self._around, self._pairs),
+            *(self._may_touch, most, _NEAR, found),
         )
         return found, known
 
@@ -262,7 +273,7 @@ class CollisionModel:
             if self._is_ball[number]:
                 body.setTranslation(pose[:, 3] if offset is None else pose[:, 3] + offset)
             else:
-                body.setTransform(_transform(pose[:, :3], pose[:, 3], offset))
+                body.setTransform(fcl_transform(pose[:, :3], pose[:, 3], offset))
         return body
 
 
@@ -275,23 +286,3 @@ def _looked_up(robot: Robot) -> tuple[list[fcl.CollisionGeometry], Shapes]:
     if robot not in _KNOWN:
         _KNOWN[robot] = [shape.fcl_geometry() for shape in robot.shapes], shapes_of(robot.shapes)
     return _KNOWN[robot]
-
-
-def _manager(objects: Sequence[Any]) -> Any:
-    manager = fcl.DynamicAABBTreeCollisionManager()
-    manager.registerObjects(objects)
-    manager.setup()
-    return manager
-
-
-def _placed(obstacle: Obstacle) -> fcl.CollisionObject:
-    solid, pose = obstacle.solid, obstacle.pose
-    transform = _transform(pose[:3, :3], pose[:3, 3], solid.offset)
-    return fcl.CollisionObject(solid.fcl_geometry(), transform)
-
-
-def _transform(rotation: Array, translation: Array, offset: Array | None) -> fcl.Transform:
-    """Of what FCL is given of a solid at a pose, see `Solid.offset`."""
-    if offset is not None:
-        translation = translation + rotation @ offset
-    return fcl.Transform(rotation, translation)

@@ -132,35 +132,50 @@ class Containment:
     Args:
         robot: its shapes, of which the first `moving` meet the obstacles.
         obstacles: fixed in the workspace.
+        may_touch: (moving, obstacles) of bool, which may be within each other, as in
+            `CollisionModel`.
 
     Attributes:
         possible: whether there are meshes at all.
     """
 
-    def __init__(self, robot: Robot, obstacles: Sequence[Obstacle]) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        obstacles: Sequence[Obstacle],
+        may_touch: NDArray[np.bool_] | None = None,
+    ) -> None:
         self._robot, shapes = robot, robot.shapes
         points = [shape.piece_points() for shape in shapes]
         self._points = np.concatenate(points)
         self._owners = np.repeat(np.arange(len(shapes)), [len(some) for some in points])
-        self._around = np.concatenate([np.zeros((0, 3)), *(o.piece_points() for o in obstacles)])
+        around = [o.piece_points() for o in obstacles]
+        self._around = np.concatenate([np.zeros((0, 3)), *around])
+        checked = np.zeros((len(shapes), len(obstacles)), dtype=np.bool_)
+        checked[: robot.moving] = True if may_touch is None else ~may_touch
         numbers = [n for n, shape in enumerate(shapes) if isinstance(shape, Mesh)]
         self._meshes = [shape for shape in shapes if isinstance(shape, Mesh)]
         self._numbers = np.array(numbers, dtype=np.int64)
-        self._asked = self._pairs()[numbers]
-        self._obstacles = [(o.solid, o.pose) for o in obstacles if isinstance(o.solid, Mesh)]
+        pieces = np.array([len(some) for some in around], dtype=np.int64)
+        of_each = np.repeat(np.arange(len(obstacles)), pieces)
+        self._asked = np.hstack([self._pairs(), checked[:, of_each]])[numbers]
+        self._obstacles = [
+            (obstacle.solid, obstacle.pose, checked[self._owners, n])
+            for n, obstacle in enumerate(obstacles)
+            if isinstance(obstacle.solid, Mesh)
+        ]
         bounds = [mesh.bounds for mesh in self._meshes]
         self._low, self._high = np.array(bounds).reshape(-1, 2, 1, 3).swapaxes(0, 1)
         self.possible = bool(self._obstacles or self._meshes)
 
     def _pairs(self) -> NDArray[np.bool_]:
-        """Whether a point, of the robot's pieces and then of those about it, must not be within a
-        shape: (shapes, points) of bool."""
-        count, moving = len(self._robot.shapes), self._robot.moving
+        """Whether a point of the robot's pieces must not be within a shape: (shapes, points) of
+        bool."""
+        count = len(self._robot.shapes)
         pairs = np.zeros((count, count), dtype=np.bool_)
         for a, b in self._robot.pairs:
             pairs[a, b] = pairs[b, a] = True
-        around = np.arange(count)[:, None] < moving
-        return np.hstack([pairs[:, self._owners], np.repeat(around, len(self._around), axis=1)])
+        return pairs[:, self._owners]
 
     def __call__(self, q: Array) -> NDArray[np.bool_]:
         """(n,) of bool, at configurations (n, d)."""
@@ -173,9 +188,8 @@ class Containment:
 
     def _within(self, q: Array) -> bool:
         poses, points = self._placed(q)
-        moving = points[self._owners < self._robot.moving]
-        for mesh, pose in self._obstacles:
-            there = (moving - pose[:3, 3]) @ pose[:3, :3]
+        for mesh, pose, asked in self._obstacles:
+            there = (points[asked] - pose[:3, 3]) @ pose[:3, :3]
             low, high = mesh.bounds
             if _has_inside(mesh, there[((there >= low) & (there <= high)).all(axis=1)]):
                 return True

@@ -37,15 +37,19 @@ class SceneArrays(NamedTuple):
 
 def scene_arrays(obstacles: Sequence[Obstacle], lower: Array, upper: Array) -> SceneArrays:
     """What compiled code is given of obstacles, asked between two corners (3,)."""
-    rows, meshes = [], []
-    for obstacle in obstacles:
-        solid, pose = obstacle.solid, obstacle.pose
-        if isinstance(solid, Mesh):
-            meshes.append((solid, pose))
-        else:
-            rows.append(solid.distance_row(pose))
-    solids = np.array(rows).reshape(-1, ROW)
-    return SceneArrays(solids, _grid(meshes, lower, upper) if meshes else _NO_MESHES)
+    return SceneArrays(solid_rows(obstacles), mesh_grid(obstacles, lower, upper))
+
+
+def solid_rows(obstacles: Sequence[Obstacle]) -> Array:
+    """See `SceneArrays.solids`."""
+    rows = [o.solid.distance_row(o.pose) for o in obstacles if not isinstance(o.solid, Mesh)]
+    return np.array(rows).reshape(-1, ROW)
+
+
+def mesh_grid(obstacles: Sequence[Obstacle], lower: Array, upper: Array) -> RegularGrid:
+    """See `SceneArrays.grid`."""
+    meshes = [(o.solid, o.pose) for o in obstacles if isinstance(o.solid, Mesh)]
+    return _grid(meshes, lower, upper) if meshes else _NO_MESHES
 
 
 def _grid(meshes: Sequence[tuple[Mesh, Array]], lower: Array, upper: Array) -> RegularGrid:

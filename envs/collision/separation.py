@@ -139,9 +139,29 @@ def meshes_apart(
     return float(mesh_to_mesh(a.trees, a.roots[i], b.trees, b.roots[j], here, most, enough))
 
 
+def contacts_array(may_touch: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+    """What compiled code is given of which shapes may touch which that stand still: an array
+    without rows if None."""
+    found = np.zeros((0, 0), dtype=np.bool_) if may_touch is None else may_touch
+    return np.array(found, dtype=np.bool_, order="C")
+
+
+@njit_hot
+def is_allowed(may_touch: Any, part: int, j: int) -> bool:
+    """Whether a shape may touch one that stands still, see `contacts_array`."""
+    return len(may_touch) > 0 and bool(may_touch[part, j])
+
+
 @njit_cached
 def clearances_of_each(
-    shapes: Any, poses: Any, around: Any, pairs: Any, most: float, near: float, found: Any
+    shapes: Any,
+    poses: Any,
+    around: Any,
+    pairs: Any,
+    may_touch: Any,
+    most: float,
+    near: float,
+    found: Any,
 ) -> bool:
     """Writes what each moving shape keeps, (moving,), from shapes that stand still and from others
     that it must not touch, as `separation` has it: of all that are no farther than the nearest, or
@@ -152,6 +172,7 @@ def clearances_of_each(
         shapes: the robot's, whose frames are at `poses` (p, 3, 4).
         around: those that stand still.
         pairs: (k, 2); each counts for the first of the two, which moves.
+        may_touch: which moving shapes may touch which that stand still, see `contacts_array`.
 
     Returns:
         Whether it is known as well that nothing is within another.
@@ -160,7 +181,7 @@ def clearances_of_each(
     for part in range(len(rows)):
         moved(shapes.rows[part], poses[part], rows[part])
     found[:] = most
-    each, gaps = _near_pairs(rows, around.rows, pairs, len(found), most)
+    each, gaps = _near_pairs(rows, around.rows, pairs, may_touch, len(found), most)
     least, known = most, True
     for n in np.argsort(gaps):  # the nearest first, which spare most others
         if gaps[n] >= max(least, near) or least <= 0.0:
@@ -182,9 +203,12 @@ def clearances_of_each(
 
 
 @njit_cached
-def _near_pairs(rows: Any, around: Any, pairs: Any, moving: int, most: float) -> tuple[Any, Any]:
-    """The pairs (k, 2) of shapes, the first of which moves, whose spheres are less than `most`
-    apart, and how far these are (k,). Those that stand still count from the number of rows on."""
+def _near_pairs(
+    rows: Any, around: Any, pairs: Any, may_touch: Any, moving: int, most: float
+) -> tuple[Any, Any]:
+    """The pairs (k, 2) of shapes that must not touch, the first of which moves, whose spheres are
+    less than `most` apart, and how far these are (k,). Those that stand still count from the number
+    of rows on."""
     count = len(pairs) + moving * len(around)
     each, gaps, n = np.empty((count, 2), dtype=np.int64), np.empty(count), 0
     for pair in pairs:
@@ -193,6 +217,8 @@ def _near_pairs(rows: Any, around: Any, pairs: Any, moving: int, most: float) ->
         n += gaps[n] < most
     for part in range(moving):
         for j in range(len(around)):
+            if is_allowed(may_touch, part, j):
+                continue
             each[n, 0], each[n, 1] = part, len(rows) + j
             gaps[n] = _gap(rows[part], around[j])
             n += gaps[n] < most

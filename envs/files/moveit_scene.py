@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from envs.collision.shapes import LARGEST, Box, Cylinder, PlacedShape, Solid, Sphere
 from envs.errors import InputError, brief, suggestion
+from envs.files.allowed_collision_matrix import AllowedCollisionMatrix
 from envs.problem import Array
 
 _WORLD = ("", "world")
@@ -29,12 +31,12 @@ class PlanningScene:
     Attributes:
         obstacles: in the frame of the robot's base, in metres.
         names: (o,) of the objects that they are of.
-        allowed: pairs of names, of links or objects, that may touch.
+        allowed: which links and objects may touch each other.
     """
 
     obstacles: tuple[PlacedShape, ...]
     names: tuple[str, ...]
-    allowed: frozenset[frozenset[str]]
+    allowed: AllowedCollisionMatrix
 
 
 @dataclass(frozen=True)
@@ -56,8 +58,8 @@ def read_planning_scene(text: bytes, base: str) -> PlanningScene:
     """Reads a scene.
 
     Objects are primitives, boxes, cylinders and spheres, with poses in the frame of the object,
-    which has one in that of its header or of the robot's base. A matrix of allowed collisions
-    counts where it is true.
+    which has one in that of its header or of the robot's base. The matrix of allowed collisions may
+    have names that are neither links nor objects, as in MoveIt.
 
     Args:
         text: YAML.
@@ -187,21 +189,31 @@ def _solid(name: str, primitive: Mapping[str, Any]) -> Solid:
     return Sphere(sizes[0])
 
 
-def _allowed(matrix: Any) -> frozenset[frozenset[str]]:
+def _allowed(matrix: Any) -> AllowedCollisionMatrix:
     if matrix is None:
-        return frozenset()
+        return AllowedCollisionMatrix()
     said = _mapping(matrix, "allowed_collision_matrix")
     names = [str(name) for name in _list(said.get("entry_names") or [], "entry_names")]
     rows = _list(said.get("entry_values") or [], "entry_values")
     if [len(_list(row, "entry_values")) for row in rows] != [len(names)] * len(names):
         raise InputError(f"its allowed_collision_matrix is not {len(names)} by {len(names)}")
-    pairs = {
-        frozenset((names[i], names[j]))
-        for i, row in enumerate(rows)
-        for j, value in enumerate(row)
-        if value is True and i != j
+    entries = {
+        frozenset((names[i], names[j])): rows[i][j] is True or rows[j][i] is True
+        for i, j in combinations(range(len(names)), 2)
     }
-    return frozenset(pairs)
+    return AllowedCollisionMatrix(entries, _defaults(said))
+
+
+def _defaults(matrix: Mapping[str, Any]) -> dict[str, bool]:
+    """Of names, by the matrix's lists of them and of what they may."""
+    names = _list(matrix.get("default_entry_names") or [], "default_entry_names")
+    values = _list(matrix.get("default_entry_values") or [], "default_entry_values")
+    if len(names) != len(values):
+        raise InputError(
+            f"its allowed_collision_matrix has {len(names)} default_entry_names and "
+            f"{len(values)} default_entry_values for them"
+        )
+    return {str(name): value is True for name, value in zip(names, values, strict=True)}
 
 
 def _pose(position: Any, orientation: Any) -> Array:

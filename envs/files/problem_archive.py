@@ -10,9 +10,8 @@ from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
-import platformdirs
-
 from envs.errors import InputError, UnknownNameError, input_error_of
+from envs.files.fetched import cache_folder
 from envs.files.paths import atomic_write
 
 _MEMBER = re.compile(r"problems/(?P<set>\w+)/(?P<kind>scene|request)(?P<number>\d{4})\.yaml")
@@ -65,7 +64,7 @@ def read_problem_files(archive: Path, name: str) -> ProblemFiles:
 
 @lru_cache(maxsize=4)
 def _read(archive: Path, digest: str, name: str) -> ProblemFiles:
-    kept = platformdirs.user_cache_path("plannerbench") / "problems" / f"{digest}-{name}.zip"
+    kept = cache_folder() / "problems" / f"{digest}-{name}.zip"
     with suppress(OSError, zipfile.BadZipFile, KeyError, ValueError):
         return ProblemFiles(_unpacked(kept))
     texts = _of_archive(archive, name)

@@ -11,7 +11,7 @@ import re
 import shlex
 from collections.abc import Collection, Mapping
 from enum import Enum
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, get_type_hints
@@ -65,6 +65,26 @@ def split_entries(text: str) -> list[str]:
         elif token:
             parts.append(token)
     return parts
+
+
+def alternatives(part: str) -> list[str]:
+    """The entries that one with values as in `range=0.5|1|2` stands for, in the order of the
+    values; of several such arguments all combinations. A value in quotes is one.
+
+    Example:
+        >>> alternatives("rrtstar:goal_bias=0.1,range=1|2")
+        ['rrtstar:goal_bias=0.1,range=1', 'rrtstar:goal_bias=0.1,range=2']
+    """
+    name, colon, rest = part.partition(":")
+    pieces = [_values(piece) for piece in split(rest, _PIECE)]
+    return [f"{name}{colon}{','.join(chosen)}" for chosen in product(*pieces)]
+
+
+def _values(piece: str) -> list[str]:
+    key, equals, value = piece.partition("=")
+    if not equals or value.lstrip()[:1] in ('"', "'"):
+        return [piece]
+    return [f"{key}={one}" for one in value.split("|")]
 
 
 def comma_hint(text: str, part: str) -> str:

@@ -15,6 +15,7 @@ from typing import Any, Generic, TypeVar
 
 from envs.errors import InputError, UnknownNameError, reason
 from envs.registry.arguments import (
+    alternatives,
     argument_text,
     comma_hint,
     parsed_arguments,
@@ -167,8 +168,8 @@ class Registry(Generic[T]):
     ) -> list[Entry[T]]:
         """What a comma-separated text names: "c3d,c3d:scene=1,boxes=20" is two entries.
 
-        Each entry is listed once. A group stands for those of its members that are `wanted`,
-        without plug-ins that are broken.
+        "rrtstar:range=1|2" is two as well. Each entry is listed once. A group stands for those of
+        its members that are `wanted`, without plug-ins that are broken.
 
         Raises:
             InputError: a name or an argument is unknown or malformed.
@@ -176,7 +177,8 @@ class Registry(Generic[T]):
         found: dict[str, Entry[T]] = {}
         for part in split_entries(text):
             members = [] if part in self._names() else self.group(part)
-            chosen = self._wanted(members, wanted) if members else [self._part(part, text)]
+            one_by_one = (self._part(one, text) for one in alternatives(part))
+            chosen = self._wanted(members, wanted) if members else one_by_one
             found.update((entry.id, entry) for entry in chosen)
         if not found:
             raise InputError(f"no {self.kind} named; choose from: {', '.join(self._names())}")

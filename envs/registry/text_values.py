@@ -25,8 +25,9 @@ _ITEM = re.compile(rf"\s*(?:{IN_QUOTES})?[^,]*")
 
 
 def quoted(text: str) -> str:
-    """`text`, in quotes if it has a comma in it, a quote first, space about it or nothing in it."""
-    if text and text == text.strip() and "," not in text and text[0] not in QUOTES:
+    """`text`, in quotes if it has a comma or | in it, a quote first, space about it or nothing in
+    it."""
+    if text and text == text.strip() and not set(",|") & set(text) and text[0] not in QUOTES:
         return text
     quote = "'" if '"' in text and "'" not in text else '"'
     return quote + text.replace(quote, 2 * quote) + quote

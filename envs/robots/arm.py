@@ -112,9 +112,9 @@ class Arm:
     def shapes(self) -> tuple[Solid, ...]:
         return tuple(part.placed.solid for part in self.parts)
 
-    @property
+    @cached_property
     def moving(self) -> int:
-        return self.arrays.moving
+        return sum(part.body > 0 for part in self.parts)
 
     @cached_property
     def links(self) -> tuple[str, ...]:
@@ -252,7 +252,7 @@ class Arm:
             np.maximum.reduceat(outward, first_balls[:-1]),
             self._shapes,
             self._branches(bodies),
-            int((bodies > 0).sum()),
+            self.moving,
         )
 
     def _branches(self, bodies: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from envs.collision.continuous import compiled_is_covered
 from envs.collision.gjk import at, moved
-from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest
+from envs.collision.part_scenes import PartScenes, scene_of
+from envs.collision.primitive_sdf import NO_OBSTACLE, nearest
 from envs.collision.separation import are_beyond, separated
 from envs.collision.shapes import ROW
 from envs.compiled import njit_cached, njit_hot, parallel_for
@@ -33,31 +34,31 @@ _BLOCK = 4096
 """Configurations that a thread takes at a time."""
 
 
-def clearances(arm: RobotArrays, scene: SceneArrays, q: Array) -> Array:
+def clearances(arm: RobotArrays, scenes: PartScenes, q: Array) -> Array:
     """Clearances (n,) at configurations (n, d), in metres, on as many threads as Numba may use."""
     found = np.empty(len(q))
     q = np.ascontiguousarray(q, dtype=np.float64)
-    parallel_for(lambda part: _clearances(arm, scene, q[part], found[part]), len(q), _BLOCK)
+    parallel_for(lambda part: _clearances(arm, scenes, q[part], found[part]), len(q), _BLOCK)
     return found
 
 
 def paths_are_free(
-    arm: RobotArrays, scene: SceneArrays, paths: Sequence[Array], tolerance: float
+    arm: RobotArrays, scenes: PartScenes, paths: Sequence[Array], tolerance: float
 ) -> NDArray[np.bool_]:
     """Which paths, each (k, d), are proved free, (n,) of bool; see `segment_is_free`."""
     ready = (np.ascontiguousarray(path, dtype=np.float64) for path in paths)
-    return np.array([_path_is_free(arm, scene, path, tolerance) for path in ready], dtype=np.bool_)
+    return np.array([_path_is_free(arm, scenes, path, tolerance) for path in ready], dtype=np.bool_)
 
 
 @njit_cached
-def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any, most: float) -> float:
+def part_clearances(arm: Any, scenes: Any, q: Any, clearances: Any, most: float) -> float:
     """Writes the clearances (moving,) of the parts at a configuration (d,), or `most` where that is
     less; the least of them is returned. Where parts must not touch each other, that counts for the
     one of the greater body, whose bound (see `part_bounds`) says how fast the two come nearer."""
     bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
     body_poses(arm.tree, q, bodies)
     clearances[:] = most
-    _from_obstacles(arm, scene, bodies, clearances)
+    _from_obstacles(arm, scenes, bodies, clearances)
     if len(arm.branches) > 0:
         rows = moved_rows(arm, bodies)
         for n in range(len(arm.branches)):
@@ -68,16 +69,17 @@ def part_clearances(arm: Any, scene: Any, q: Any, clearances: Any, most: float) 
 
 
 @njit_hot
-def _from_obstacles(arm: Any, scene: Any, bodies: Any, clearances: Any) -> None:
+def _from_obstacles(arm: Any, scenes: Any, bodies: Any, clearances: Any) -> None:
     """Lowers clearances (moving,) of the parts to those of the spheres that cover them from
     obstacles, with the bodies at poses (1 + j, 3, 4)."""
     for part in range(arm.moving):
-        clearances[part] = _of_part(arm, scene, bodies[arm.bodies[part]], part, clearances[part])
+        clearances[part] = _of_part(arm, scenes, bodies[arm.bodies[part]], part, clearances[part])
 
 
 @njit_hot
-def _of_part(arm: Any, scene: Any, pose: Any, part: int, most: float) -> float:
+def _of_part(arm: Any, scenes: Any, pose: Any, part: int, most: float) -> float:
     """The clearance of a part from obstacles, whose body is at a pose (3, 4), or `most`."""
+    scene = scene_of(scenes, part)
     x, y, z = at(pose, arm.middles[part])
     if nearest(scene, x, y, z, most + arm.extents[part])[1] == NO_OBSTACLE:
         return most  # all of its spheres are farther away
@@ -132,30 +134,30 @@ def within_reach(shapes: Any, i: int, others: Any, j: int, most: float) -> float
 
 
 @njit_cached
-def _clearances(arm: Any, scene: Any, q: Any, clearances: Any) -> None:
+def _clearances(arm: Any, scenes: Any, q: Any, clearances: Any) -> None:
     if len(arm.branches) > 0:
         parts = np.empty(arm.moving)
         for n in range(len(q)):
-            clearances[n] = part_clearances(arm, scene, q[n], parts, np.inf)
+            clearances[n] = part_clearances(arm, scenes, q[n], parts, np.inf)
         return
     bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
     for n in range(len(q)):
         body_poses(arm.tree, q[n], bodies)
-        clearances[n] = _least(arm, scene, bodies)
+        clearances[n] = _least(arm, scenes, bodies)
 
 
 @njit_hot
-def _least(arm: Any, scene: Any, bodies: Any) -> float:
+def _least(arm: Any, scenes: Any, bodies: Any) -> float:
     """The least of the parts' clearances from obstacles. Those farther out come first: they are
     nearer to things, and then most others are seen to be farther away at a glance."""
     least = np.inf
     for part in range(arm.moving - 1, -1, -1):
-        least = _of_part(arm, scene, bodies[arm.bodies[part]], part, least)
+        least = _of_part(arm, scenes, bodies[arm.bodies[part]], part, least)
     return least
 
 
 @njit_cached
-def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> bool:
+def segment_is_free(arm: Any, scenes: Any, a: Any, b: Any, tolerance: float) -> bool:
     """Whether the straight motion from a to b (d,) is proved free of collision.
 
     As `envs.collision.continuous.segment_is_free`, but with a bound for each part: those near the
@@ -165,19 +167,19 @@ def segment_is_free(arm: Any, scene: Any, a: Any, b: Any, tolerance: float) -> b
     bounds, parts = np.empty(arm.moving), np.empty(arm.moving)
     nearing = np.empty(len(arm.branches))
     motion_bounds(arm, a, b, bounds, nearing)
-    motion = (arm, scene, a, b, tolerance, bounds, nearing, parts)
+    motion = (arm, scenes, a, b, tolerance, bounds, nearing, parts)
     return compiled_is_covered(_share_free, motion, 1.0)
 
 
 @njit_cached
 def _share_free(motion: Any, t: float) -> float:
     """How much of a motion about t is proved free, or -1 where it is not."""
-    arm, scene, a, b, tolerance, bounds, nearing, parts = motion
+    arm, scenes, a, b, tolerance, bounds, nearing, parts = motion
     bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
     body_poses(arm.tree, a + t * (b - a), bodies)
     for part in range(arm.moving):  # farther away than this is far enough for all of the motion
         parts[part] = bounds[part] + 2 * tolerance
-    _from_obstacles(arm, scene, bodies, parts)
+    _from_obstacles(arm, scenes, bodies, parts)
     if parts.min() <= tolerance:
         return -1.0
     share: float = np.inf
@@ -211,10 +213,10 @@ def share_of_pairs(
 
 
 @njit_cached
-def _path_is_free(arm: Any, scene: Any, path: Any, tolerance: float) -> bool:
+def _path_is_free(arm: Any, scenes: Any, path: Any, tolerance: float) -> bool:
     if len(path) == 1:
-        return segment_is_free(arm, scene, path[0], path[0], tolerance)
+        return segment_is_free(arm, scenes, path[0], path[0], tolerance)
     for n in range(len(path) - 1):
-        if not segment_is_free(arm, scene, path[n], path[n + 1], tolerance):
+        if not segment_is_free(arm, scenes, path[n], path[n + 1], tolerance):
             return False
     return True

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from envs.collision.checked_pairs import CheckedPairs
-from envs.collision.shapes import PlacedShape
 from envs.problem import Array
 from envs.robots.arm import Arm
 
@@ -15,7 +14,7 @@ _NAMED = 3
 
 def causes(
     arm: Arm,
-    obstacles: Sequence[PlacedShape],
+    pairs: CheckedPairs,
     names: Sequence[str],
     q: Array,
     clear: float,
@@ -25,13 +24,13 @@ def causes(
 
     Args:
         arm: the robot.
-        obstacles: what is about it.
+        pairs: of its parts, and of these and obstacles, that must not touch.
         names: of the obstacles.
         q: where to look.
         clear: what links keep from obstacles, in metres.
         kept: (p, p) what parts keep from each other, in metres.
     """
-    pairs, parts = CheckedPairs(arm, obstacles), len(arm.parts)
+    parts = len(arm.parts)
     most = [float(kept[i, j]) if j < parts else clear for i, j in pairs.numbers]
     called = [
         _of_links(arm, i, j) if j < parts else f"link {arm.links[i]!r} to {names[j - parts]}"

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from envs.collision.continuous import compiled_is_covered
-from envs.collision.separation import are_beyond, separated
+from envs.collision.separation import are_beyond, is_allowed, separated
 from envs.compiled import njit_cached
 from envs.robots.arm import motion_bounds
 from envs.robots.arm_clearance import moved_rows, share_of_pairs, within_reach
@@ -21,18 +21,21 @@ from envs.robots.kinematic_tree import body_poses
 
 
 @njit_cached
-def prove(arm: Any, around: Any, a: Any, b: Any, tolerance: float) -> tuple[float, bool]:
+def prove(
+    arm: Any, around: Any, may_touch: Any, a: Any, b: Any, tolerance: float
+) -> tuple[float, bool]:
     """A place t of the straight motion from a to b (d,) at which an arm is not proved to keep more
     than a tolerance from obstacles and itself, or -1 if it is all along. And whether it is known
     that nothing is within another; where nothing is touched that does not change.
 
     Args:
         around: the obstacles, `Shapes`.
+        may_touch: which parts may touch which of them, see `contacts_array`.
     """
     bounds, nearing = np.empty(arm.moving), np.empty(len(arm.branches))
     motion_bounds(arm, a, b, bounds, nearing)
     place, known = np.full(1, -1.0), np.zeros(1, dtype=np.bool_)
-    motion = (arm, around, a, b, tolerance, bounds, nearing, place, known)
+    motion = (arm, around, may_touch, a, b, tolerance, bounds, nearing, place, known)
     compiled_is_covered(_share_proved, motion, 1.0)
     return place[0], known[0]
 
@@ -41,7 +44,7 @@ def prove(arm: Any, around: Any, a: Any, b: Any, tolerance: float) -> tuple[floa
 def _share_proved(motion: Any, t: float) -> float:
     """How much of a motion about t is proved to keep more than half the tolerance, or -1 where not
     all of it is kept, which is then the place that is told."""
-    arm, around, a, b, tolerance, bounds, nearing, place, known = motion
+    arm, around, may_touch, a, b, tolerance, bounds, nearing, place, known = motion
     bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
     body_poses(arm.tree, a + t * (b - a), bodies)
     rows, still = moved_rows(arm, bodies), np.eye(3, 4)
@@ -51,7 +54,7 @@ def _share_proved(motion: Any, t: float) -> float:
         enough = max(share * bounds[part] + tolerance / 2, 2 * tolerance)
         least, pose = enough, bodies[arm.bodies[part]]
         for j in range(len(around.rows)):
-            if are_beyond(rows[part], around.rows[j], least):
+            if is_allowed(may_touch, part, j) or are_beyond(rows[part], around.rows[j], least):
                 continue
             near = within_reach(arm.shapes, part, around, j, least)
             found, outside = separated(

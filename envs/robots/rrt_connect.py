@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.primitive_sdf import SceneArrays
+from envs.collision.part_scenes import PartScenes
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 from envs.robots.arm import RobotArrays
@@ -29,7 +29,7 @@ STEP = 0.5
 
 def is_connected(
     arm: RobotArrays,
-    scene: SceneArrays,
+    scenes: PartScenes,
     start: Array,
     goal: Array,
     samples: Array,
@@ -39,7 +39,7 @@ def is_connected(
     """Whether a search that draws `samples` (n, d) joins two configurations (d,) by motions that
     are certified to a tolerance in metres; what they keep apart besides the arm's pairs are pairs
     (k, 3) of `swept_pairs`."""
-    return bool(_joined((arm, swept, scene, tolerance), start, goal, samples, STEP))
+    return bool(_joined((arm, swept, scenes, tolerance), start, goal, samples, STEP))
 
 
 @njit_hot
@@ -77,8 +77,8 @@ def _nearest(wraps: Any, tree: Any, size: int, q: Any) -> int:
 @njit_cached
 def _is_free(motions: Any, a: Any, b: Any) -> bool:
     """Whether the motion from a to b (d,) is proved free."""
-    arm, swept, scene, tolerance = motions
-    if not segment_is_free(arm, scene, a, b, tolerance):
+    arm, swept, scenes, tolerance = motions
+    if not segment_is_free(arm, scenes, a, b, tolerance):
         return False
     return bool(motion_keeps_apart(arm, swept, a, b, tolerance))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from envs import connection
 from envs.collision.fcl_model import Allowed, CollisionModel, Prover
 from envs.collision.mesh import Containment
-from envs.collision.primitive_sdf import SceneArrays, scene_arrays
-from envs.collision.separation import shapes_of
+from envs.collision.part_scenes import PartScenes, part_scenes
+from envs.collision.separation import contacts_array, shapes_of
 from envs.collision.shapes import PlacedShape, rounded
 from envs.environment import Environment, LinkGeometry
 from envs.errors import InputError
@@ -76,6 +76,8 @@ class ArmWorld(Environment):
         obstacles: solids; the base may touch them.
         kind: names the random streams of the problems, with `seeds`.
         names: of the obstacles, "" of those that have none; by default none has.
+        allows: whether a link may touch an obstacle, by their names; by default none may. What has
+            no name is not asked about.
 
     Attributes:
         min_clearance: least clearance of a problem's start and goal, in metres; of links from each
@@ -98,6 +100,7 @@ class ArmWorld(Environment):
         kind: str,
         seeds: tuple[int, ...] = (),
         names: Sequence[str] = (),
+        allows: Callable[[str, str], bool] | None = None,
     ) -> None:
         self.robot: Arm = arm
         self.obstacles: Sequence[PlacedShape] = list(obstacles)
@@ -106,6 +109,7 @@ class ArmWorld(Environment):
         self._kind = kind
         self._seeds = seeds
         self._names = names or [""] * len(obstacles)
+        self._allows = allows
         self._last_made: tuple[tuple[int, int] | None, _Made] = (None, _Made())
 
     @property
@@ -139,15 +143,26 @@ class ArmWorld(Environment):
         return [f"obstacle {name!r}" if name else other for name, other in both]
 
     @cached_property
-    def scene(self) -> SceneArrays:
-        """The obstacles as compiled code sees them."""
+    def may_touch(self) -> NDArray[np.bool_] | None:
+        if self._allows is None:
+            return None
+        links, names = self.robot.links[: self.robot.moving], self._names
+        found = np.array(
+            [[bool(name) and self._allows(link, name) for name in names] for link in links]
+        )
+        return found if found.any() else None
+
+    @cached_property
+    def scenes(self) -> PartScenes:
+        """The obstacles as compiled code sees them, for each part."""
         reach = self.robot.extent + 2 * _D_MAX
         at = self.robot.tree.joints[0].origin[:3, 3]
-        return scene_arrays(self.obstacles, at - reach, at + reach)
+        ends = at - reach, at + reach
+        return part_scenes(self.obstacles, *ends, self.robot.moving, self.may_touch)
 
     @property
     def link_geometry(self) -> LinkGeometry:
-        return LinkGeometry(self.robot.arrays, self.scene)
+        return LinkGeometry(self.robot.arrays, self.scenes)
 
     @cached_property
     def scenery(self) -> Sequence[PlacedShape]:
@@ -163,7 +178,7 @@ class ArmWorld(Environment):
 
     def approximate_clearance(self, q: Array) -> Array:
         """Never more than `clearance` in free space; see `envs.robots.arm_clearance`."""
-        return arm_clearance.clearances(self.robot.arrays, self.scene, self.configurations(q))
+        return arm_clearance.clearances(self.robot.arrays, self.scenes, self.configurations(q))
 
     def speed_on_grid(self, q: Array) -> Array:
         return self.speed_model(self.approximate_clearance(q))
@@ -179,7 +194,7 @@ class ArmWorld(Environment):
         others, swept = self._pairs
         for robot, straight in self.robot.motions(path):
             rest = robot._replace(branches=others)
-            if not arm_clearance.paths_are_free(rest, self.scene, [straight], tolerance)[0]:
+            if not arm_clearance.paths_are_free(rest, self.scenes, [straight], tolerance)[0]:
                 return False
             if len(swept) and not swept_pairs.path_keeps_apart(rest, swept, straight, tolerance):
                 return False
@@ -196,16 +211,16 @@ class ArmWorld(Environment):
 
     @cached_property
     def allowed(self) -> Allowed | None:
-        containment = Containment(self.robot, self.obstacles)
+        containment = Containment(self.robot, self.obstacles, self.may_touch)
         return containment if containment.possible else None
 
     @property
     def prover(self) -> Prover:
-        around = shapes_of(self.obstacles)
+        around, may_touch = shapes_of(self.obstacles), contacts_array(self.may_touch)
 
         def proved(a: Array, b: Array, tolerance: float) -> tuple[float, bool]:
             [(robot, (begin, end))] = self.robot.motions(np.array([a, b]))
-            return prove(robot, around, begin, end, tolerance)
+            return prove(robot, around, may_touch, begin, end, tolerance)
 
         return proved
 
@@ -271,8 +286,8 @@ class ArmWorld(Environment):
         """How many configurations are no ends, and what is too near there."""
         q = self.space.sample(stream("crowding"), _LOOKED_AT)
         tight = 1 - self._may_be_end(q).mean()
-        names, clear = self.obstacle_names, self.min_clearance
-        near = causes(self.robot, self.obstacles, names, q, clear, self.kept)
+        pairs, names = self.checked_pairs(), self.obstacle_names
+        near = causes(self.robot, pairs, names, q, self.min_clearance, self.kept)
         if self.allowed is not None and not self.allowed(q).all():
             near.append(
                 f"within a mesh or about what lies within in {1 - self.allowed(q).mean():.0%}"
@@ -303,7 +318,7 @@ class ArmWorld(Environment):
         if not arm.tree.spherical.any():
             others, swept = self._pairs
             arm = arm._replace(branches=others)
-            return rrt_connect.is_connected(arm, self.scene, start, goal, draws, tolerance, swept)
+            return rrt_connect.is_connected(arm, self.scenes, start, goal, draws, tolerance, swept)
 
         def is_free(a: Array, b: Array) -> bool:
             return self._is_free(np.array([a, b]), tolerance)
@@ -336,7 +351,7 @@ class ArmWorld(Environment):
 
     def _are_clear(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, d) keep the clearance that problems' ends do."""
-        keep = arm_clearance.clearances(self._unpaired, self.scene, q) >= self.min_clearance
+        keep = arm_clearance.clearances(self._unpaired, self.scenes, q) >= self.min_clearance
         keep[keep] &= self.robot.links_keep(self.kept, q[keep])
         return keep
 
@@ -360,6 +375,11 @@ class ArmWorld(Environment):
             **({"wraps": wraps} if wraps else {}),
             **({"spherical": spherical} if spherical else {}),
             **({} if tree.is_serial else {"tree": tree.definition()}),
+            **(
+                {}
+                if self.may_touch is None
+                else {"may_touch": np.argwhere(self.may_touch).tolist()}
+            ),
             "class": "ArmWorld",
             "version": 1,
             "joints": [

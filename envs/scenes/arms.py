@@ -108,19 +108,8 @@ class UserArm(ArmWorld):
         about.check_names(links)
         allowed = semantics.allowed(links) | about.allowed_links(links)
         arm = Arm(tree, parts, self_collision, allowed)
-        _refuse_contacts(arm, about)
-        super().__init__(arm, about.obstacles, "arm", names=about.names)
-
-
-def _refuse_contacts(arm: Arm, scene: Scene) -> None:
-    """Links that move are checked against all obstacles."""
-    allowed = np.argwhere(scene.allowed_contacts(arm.links[: arm.moving]))
-    for part, obstacle in allowed:
-        pair = f"link {arm.links[part]!r} and obstacle {scene.names[obstacle]!r}"
-        raise InputError(
-            f"{scene.file}: allowed_collisions: {pair} may not be allowed to touch yet; leave them "
-            "out, and move the obstacle away"
-        )
+        allows = about.allows if about.allowed else None
+        super().__init__(arm, about.obstacles, "arm", names=about.names, allows=allows)
 
 
 def _description(urdf: str, robot: str) -> RobotDescription:

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import logging
 import os
 from pathlib import Path
 
-import platformdirs
-import pooch
-
-from envs.errors import InputError
+from envs.files.fetched import cache_folder, fetch
 from envs.files.mesh_file import read_mesh
 from envs.scenes.mesh_world import MeshWorld
 
 URL = (
     "https://raw.githubusercontent.com/mikedh/trimesh/"
-    "ec0cef4a74a21f78fd0a52490c036911a6df3190/models/bunny.ply"
+    "ec0cef4a74a21f78fd0a52490c036911a6df3190/models"
 )
 SHA256 = "8faa052bb08cf1625eec97b6508baceee11eec9cf28f83f6a9d4547ab15d7761"
 _PLACE = Path("bunny") / "bunny.ply"
@@ -51,14 +47,7 @@ def bunny_file() -> Path:
     data = os.environ.get("BENCH_DATA")
     if data and (Path(data) / _PLACE).is_file():
         return Path(data) / _PLACE
-    cached = platformdirs.user_cache_path("plannerbench") / "meshes" / _PLACE.name
-    logging.getLogger("pooch").setLevel(logging.WARNING)  # else it reports every download
-    try:
-        found = pooch.retrieve(URL, f"sha256:{SHA256}", cached.name, cached.parent)
-    except (OSError, ValueError) as error:  # no network; a file that is not the bunny
-        reason = "checksum differs" if isinstance(error, ValueError) else type(error).__name__
-        raise InputError(
-            f"the bunny's mesh cannot be fetched ({reason}): put {URL} at {cached}, or at "
-            f"{_PLACE} in the folder that BENCH_DATA names"
-        ) from error
-    return Path(found)
+    folder = cache_folder() / "meshes"
+    instead = f", or at {_PLACE} in a folder that BENCH_DATA names"
+    fetch(folder, URL, {_PLACE.name: SHA256}, instead)
+    return folder / _PLACE.name

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import platformdirs
 
 from envs.environment import Environment
 from envs.errors import InputError, suggestion
+from envs.files.fetched import cache_folder, fetch
 from envs.files.moveit_scene import (
     MotionRequest,
     PlanningScene,
@@ -37,6 +37,8 @@ URL = (
     "f6de6a72e0725ba08e0829f0a34261a3f465aed7/resources"
 )
 """Where the robots and problems are (Apache-2.0)."""
+
+_ARCHIVE = "problems.tar.bz2"
 
 _ROUNDING = 1e-5
 """Radians or metres by which values of problems may be beyond a joint's limit: they are rounded."""
@@ -74,13 +76,13 @@ class MotionBenchMaker(ArmWorld):
         self._files = _Files(robot, set)
         self.scenes_differ = scene == 0
         shown = self._files.scene(scene) if scene else None
-        arm = self._files.arm(shown.allowed if shown else self._files.allowed)
         if shown is None:
-            super().__init__(arm, (), "mbm")
+            super().__init__(self._files.arm(self._files.first_scene), (), "mbm")
             self.min_clearance = _CLEARANCE
             self.problem_count = len(self._files.numbers)
         else:
-            super().__init__(arm, shown.obstacles, "mbm", (scene,), shown.names)
+            arm, allows = self._files.arm(shown), self._files.allows(shown)
+            super().__init__(arm, shown.obstacles, "mbm", (scene,), shown.names, allows)
         self._last: tuple[int, Environment] | None = None
 
     def scene_of(self, problem: Problem) -> Environment:
@@ -125,8 +127,8 @@ class _Scene(ArmWorld):
 
     def __init__(self, files: _Files, number: int) -> None:
         scene = files.scene(number)
-        arm = files.arm(scene.allowed)
-        super().__init__(arm, scene.obstacles, "mbm", (number,), scene.names)
+        arm, allows = files.arm(scene), files.allows(scene)
+        super().__init__(arm, scene.obstacles, "mbm", (number,), scene.names, allows)
 
 
 @dataclass(frozen=True)
@@ -146,7 +148,7 @@ class _Files:
 
     @cached_property
     def _problems(self) -> ProblemFiles:
-        return read_problem_files(self._folder / "problems.tar.bz2", self.name)
+        return read_problem_files(self._folder / _ARCHIVE, self.name)
 
     @property
     def numbers(self) -> Sequence[int]:
@@ -183,17 +185,28 @@ class _Files:
         return first.group, tuple(sorted(first.start.items()))
 
     @cached_property
-    def allowed(self) -> frozenset[frozenset[str]]:
-        """By the first scene."""
-        return self.scene(self.numbers[0]).allowed
+    def first_scene(self) -> PlanningScene:
+        return self.scene(self.numbers[0])
 
-    def arm(self, allowed: frozenset[frozenset[str]]) -> Arm:
+    @property
+    def links(self) -> frozenset[str]:
+        """The names of the robot's links."""
+        graph = _robot(self._folder).graph
+        return frozenset((graph.base, *graph.carriers))
+
+    def arm(self, scene: PlanningScene) -> Arm:
         """The robot, whose links may touch as its own files and a scene allow."""
-        return _arm(self._folder, *self._first, allowed)
+        return _arm(self._folder, *self._first, scene.allowed.pairs(self.links))
+
+    def allows(self, scene: PlanningScene) -> Callable[[str, str], bool]:
+        """Whether a link may touch an object of a scene, by their names. A name that is a link's
+        stands for that alone."""
+        objects = frozenset(scene.names) - self.links
+        return lambda link, name: name in objects and scene.allowed.allows(link, name)
 
     def ends(self, number: int) -> tuple[Array, Array]:
         """Start and goal of a request, (d,) each, which may be beyond the joints' limits."""
-        request, arm = self.request(number), self.arm(self.allowed)
+        request, arm = self.request(number), self.arm(self.first_scene)
         names = [joint.name for joint in arm.tree.coordinates]
         self._check_still(request, number, names)
         for what, values in (("start", request.start), ("goal", request.goal)):
@@ -262,17 +275,27 @@ def _arm(
 
 
 def robot_folder(name: str) -> Path:
-    """Where the files of a robot are: in the folder that `BENCH_DATA` names, or in the cache.
+    """Where the files of a robot are: in the folder that `BENCH_DATA` names, where they are read as
+    they are, or in the user's cache, for which what is missing is fetched.
 
     Raises:
-        InputError: they are in neither.
+        InputError: they are in neither and cannot be fetched.
     """
     data = os.environ.get("BENCH_DATA")
-    kept = platformdirs.user_cache_path("plannerbench") / "mbm" / name
-    for folder in (*([Path(data) / "mbm" / name] if data else []), kept):
-        if (folder / "problems.tar.bz2").is_file():
-            return folder
-    raise InputError(
-        f"mbm: the files of {name} are not here: put the folder {URL}/{name} at {kept}, or at "
-        f"mbm/{name} in a folder that BENCH_DATA names"
-    )
+    if data and (Path(data) / "mbm" / name / _ARCHIVE).is_file():
+        return Path(data) / "mbm" / name
+    kept = cache_folder() / "mbm" / name
+    instead = f", or the whole folder at mbm/{name} in one that BENCH_DATA names"
+    fetch(kept, f"{URL}/{name}", _digests(name), instead)
+    return kept
+
+
+def _digests(robot: str) -> dict[str, str]:
+    """SHA-256 of a robot's files by their names: what it collides with, groups, and problems."""
+    listed = (Path(__file__).with_name("motion_bench_maker_files.txt")).read_text("utf-8")
+    pairs = (line.split(" ") for line in listed.splitlines())
+    return {
+        name.removeprefix(f"{robot}/"): digest
+        for name, digest in pairs
+        if name.startswith(f"{robot}/")
+    }

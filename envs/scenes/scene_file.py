@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
-from numpy.typing import NDArray
 
 from envs.collision.shapes import PlacedShape
 from envs.errors import InputError, UnknownNameError, brief, input_error_of, suggestion
@@ -52,16 +51,17 @@ class Scene:
                 said = f"{' and '.join(map(repr, pair))} are obstacles, which may touch anyway"
                 raise InputError(f"{self.file}: allowed_collisions: {said}; leave that pair out")
 
+    @cached_property
+    def _pairs(self) -> frozenset[frozenset[str]]:
+        return frozenset(map(frozenset, self.allowed))
+
     def allowed_links(self, links: Sequence[str]) -> frozenset[frozenset[str]]:
         """The allowed pairs of which both are among the links."""
-        return frozenset(frozenset(pair) for pair in self.allowed if set(pair) <= set(links))
+        return frozenset(pair for pair in self._pairs if pair <= set(links))
 
-    def allowed_contacts(self, links: Sequence[str]) -> NDArray[np.bool_]:
-        """Which parts of a robot may touch which obstacles, (p, o) of bool; `links` (p,) are those
-        that the parts belong to."""
-        either = {*self.allowed, *(pair[::-1] for pair in self.allowed)}
-        found = [[(link, name) in either for name in self.names] for link in links]
-        return np.array(found, dtype=np.bool_).reshape(len(links), len(self.names))
+    def allows(self, link: str, obstacle: str) -> bool:
+        """Whether a link and an obstacle may touch, by their names."""
+        return frozenset((link, obstacle)) in self._pairs
 
 
 def read_scene(file: Path) -> Scene:

@@ -15,7 +15,8 @@ import numpy as np
 
 from envs import Environment
 from envs.collision.gjk import at
-from envs.collision.primitive_sdf import NO_OBSTACLE, SceneArrays, nearest, normal_at
+from envs.collision.part_scenes import PartScenes, scene_of
+from envs.collision.primitive_sdf import NO_OBSTACLE, nearest, normal_at
 from envs.compiled import njit_cached_quick
 from envs.problem import Array
 from envs.robots.arm import RobotArrays
@@ -44,7 +45,7 @@ class ArmClearanceField(NamedTuple):
     """
 
     arm: RobotArrays
-    scene: SceneArrays
+    scenes: PartScenes
     middle: Array
     extent: float
     reach: float
@@ -60,9 +61,9 @@ class ArmClearanceField(NamedTuple):
         if env.link_geometry is None:
             raise ValueError("this environment has no link_geometry")
         scale, model = Normalizer.of(env), env.speed_model
-        arm, scene = env.link_geometry
+        arm, scenes = env.link_geometry
         return ArmClearanceField(
-            arm, scene, scale.middle, scale.extent, model.d_max, model.normalized
+            arm, scenes, scale.middle, scale.extent, model.d_max, model.normalized
         )
 
 
@@ -122,11 +123,12 @@ def arm_inputs(field: Any, x: Any, rows: Any) -> None:
             _moved_along(arm, axes, origins, body, point, normal, slope)
             for k in range(d):
                 rows[1 + k, at_point + i] = extent * slope[k]
-        clearance, which = _nearest_ball(field, bodies, body, point)
+        clearance, part, which = _nearest_ball(field, bodies, body, point)
         if which == NO_OBSTACLE:
             slope[:] = 0.0
         else:
-            normal_at(field.scene, which, point[0], point[1], point[2], normal)
+            scene = scene_of(field.scenes, part)
+            normal_at(scene, which, point[0], point[1], point[2], normal)
             _moved_along(arm, axes, origins, body, point, normal, slope)
         clearance /= field.reach
         counts = min(max(clearance, -0.5), 1.5)
@@ -182,23 +184,24 @@ def _tip(arm: Any, body: int) -> Any:
 
 
 @njit_cached_quick
-def _nearest_ball(field: Any, bodies: Any, body: int, center: Any) -> tuple[float, int]:
-    """The distance of a body's spheres from obstacles, and the number of the obstacle. The centre
-    (3,) of the nearest sphere is written."""
+def _nearest_ball(field: Any, bodies: Any, body: int, center: Any) -> tuple[float, int, int]:
+    """The distance of a body's spheres from obstacles, the part that the nearest sphere is of, and
+    the number of the obstacle in that part's scene. The centre (3,) of the sphere is written."""
     arm = field.arm
-    least, which = np.inf, NO_OBSTACLE
+    least, nearest_part, which = np.inf, 0, NO_OBSTACLE
     pose = bodies[body]
     for part in range(arm.moving):
         if arm.bodies[part] != body:
             continue
+        scene = scene_of(field.scenes, part)
         for ball in range(arm.first_balls[part], arm.first_balls[part + 1]):
             x, y, z = at(pose, arm.balls[ball])
             radius = arm.balls[ball, 3]
-            distance, obstacle = nearest(field.scene, x, y, z, least + radius)
+            distance, obstacle = nearest(scene, x, y, z, least + radius)
             if obstacle != NO_OBSTACLE:
-                least, which = distance - radius, obstacle
+                least, nearest_part, which = distance - radius, part, obstacle
                 center[0], center[1], center[2] = x, y, z
-    return least, which
+    return least, nearest_part, which
 
 
 @njit_cached_quick
@@ -206,7 +209,7 @@ def arm_clearance_at(field: Any, x: Any) -> float:
     """The clearance at (d,), by d_max."""
     parts = np.empty(field.arm.moving)
     q = field.middle + field.extent * x.astype(np.float64)
-    clearance: float = part_clearances(field.arm, field.scene, q, parts, np.inf) / field.reach
+    clearance: float = part_clearances(field.arm, field.scenes, q, parts, np.inf) / field.reach
     return clearance
 
 
@@ -219,17 +222,18 @@ def arm_outward(field: Any, x: Any, missing: float, step: Any) -> None:
     body_poses(field.arm.tree, field.middle + field.extent * x.astype(np.float64), bodies)
     axes, origins = np.empty((m, 3)), np.empty((m, 3))
     joint_axes(field.arm, bodies, axes, origins)
-    least, nearest_body, obstacle = np.inf, 0, NO_OBSTACLE
+    least, nearest_body, nearest_part, obstacle = np.inf, 0, 0, NO_OBSTACLE
     center, point, normal = np.zeros(3), np.zeros(3), np.zeros(3)
     for body in range(1, 1 + m):
-        distance, which = _nearest_ball(field, bodies, body, point)
+        distance, part, which = _nearest_ball(field, bodies, body, point)
         if distance < least:
-            least, nearest_body, obstacle = distance, body, which
+            least, nearest_body, nearest_part, obstacle = distance, body, part, which
             center[:] = point
     step[:] = 0.0
     if obstacle == NO_OBSTACLE:
         return
-    normal_at(field.scene, obstacle, center[0], center[1], center[2], normal)
+    scene = scene_of(field.scenes, nearest_part)
+    normal_at(scene, obstacle, center[0], center[1], center[2], normal)
     _moved_along(field.arm, axes, origins, nearest_body, center, normal, step)
     per_length = math.sqrt((step**2).sum()) * field.extent / field.reach
     if per_length > 0:

@@ -10,6 +10,7 @@ import numpy as np
 
 from envs import Environment, InputError, Problem
 from envs.collision.shapes import Mesh
+from envs.problem import Array
 from envs.seeding import training_seed
 from planners.base import Budget, Planner, PlannerResult, Status
 from planners.ompl import parameters
@@ -189,9 +190,12 @@ class OmplPlanner(Planner):
         that holds if there are none."""
         base, _, _ = parameters.load()
         definition = base.ProblemDefinition(self._si)
-        definition.setStartAndGoalStates(
-            self._space.state(problem.start), self._space.state(problem.goal)
-        )
+        if problem.goals is None:
+            ends = (self._space.state(q) for q in (problem.start, problem.goal))
+            definition.setStartAndGoalStates(*ends)
+        else:
+            definition.addStartState(self._space.state(problem.start))
+            definition.setGoal(self._goals(problem.goals))
         self._objective.setCostThreshold(base.Cost(stop_cost))
         definition.setOptimizationObjective(self._objective)
         planner.setProblemDefinition(definition)
@@ -208,6 +212,14 @@ class OmplPlanner(Planner):
         self._progress.end()
         self._validity.stop_at(math.inf)  # the path may be simplified
         return definition, _STATUS.get(answer.getStatus().name, Status.TIMEOUT)
+
+    def _goals(self, goals: Array) -> Any:
+        """Several, any of which will do, (g, d)."""
+        base, _, _ = parameters.load()
+        states = base.GoalStates(self._si)
+        for goal in goals:
+            states.addState(self._space.state(goal))
+        return states
 
     def _make(self, si: Any) -> Any:
         """A new planner with our parameters."""

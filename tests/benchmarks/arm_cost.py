@@ -34,7 +34,7 @@ def main(text: str) -> None:
     one_by_one("clearance", model.clearance, q)
     steps = np.random.default_rng(1).normal(0, 0.3, q.shape)
     motions = np.stack([q, q + steps], axis=1)[:2000]
-    view, scene = env.robot.arrays, env.scene
+    view, scene = env.robot.arrays, env.scenes
 
     def exactly(motion: Array) -> None:
         model.segment_is_free(*motion)

@@ -2,8 +2,9 @@
 
     python tests/benchmarks/motions_against_coal.py --motions 1000 --seed 0 --out FILE [NAME ...]
 
-Over 50 kinematic trees and 12 rigid bodies made at random, and all real robots that have a name or
-are in BENCH_DATA; or those that are named, as "tree 3". Each motion that is accepted is looked at
+Over 50 kinematic trees, 20 more whose links may touch some obstacles, and 12 rigid bodies made at
+random, and all real robots that have a name or are in BENCH_DATA; or those that are named, as
+"tree 3". Each motion that is accepted is looked at
 all along: in steps that coal's distances prove, and where these are hardly more than they must be,
 in steps of a thousandth of the tolerance.
 

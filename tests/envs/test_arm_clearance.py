@@ -36,7 +36,7 @@ def test_fcl_finds_clearances_between_those_of_spheres_about_and_within(
     q = configurations(env, 800, 3)
     exact = np.array([model.clearance(one) for one in q])
     rough = env.approximate_clearance(q)
-    above = arm_clearance.clearances(within(env.robot), env.scene, q)
+    above = arm_clearance.clearances(within(env.robot), env.scenes, q)
     free = exact > 0
     assert 200 < free.sum() < 700
     assert (rough[free] <= exact[free] + 1e-9).all()
@@ -99,10 +99,10 @@ def test_clearances_of_many_are_those_of_each() -> None:
         for one, least in zip(q[picked], found, strict=True):
             view = each.robot.arrays
             assert (
-                arm_clearance.part_clearances(view, each.scene, one, parts, np.inf) == parts.min()
+                arm_clearance.part_clearances(view, each.scenes, one, parts, np.inf) == parts.min()
             )
             capped = np.empty(len(parts))
-            arm_clearance.part_clearances(view, each.scene, one, capped, 0.1)
+            arm_clearance.part_clearances(view, each.scenes, one, capped, 0.1)
             assert capped == pytest.approx(np.minimum(parts, 0.1), abs=1e-12)
             assert least == pytest.approx(parts.min(), abs=1e-12)
     assert env.approximate_clearance(q[picked]) == pytest.approx(whole[picked], abs=1e-12)

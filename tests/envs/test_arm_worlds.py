@@ -103,7 +103,7 @@ def test_ends_are_joined(env: Environment) -> None:
     rng = np.random.default_rng(4)
     for problem in env.sample_problems(8, 5):
         samples = rng.uniform(env.lower, env.upper, (10_000, env.dimension))
-        view, scene = env.robot.arrays, env.scene
+        view, scene = env.robot.arrays, env.scenes
         ends = problem.start, problem.goal
         assert rrt_connect.is_connected(view, scene, *ends, samples, env.planning_tolerance)
 
@@ -121,7 +121,7 @@ def test_what_a_wall_parts_is_not_connected(tmp_path: Path) -> None:
     limited = *TURNING_HAND[:2], joint("turn", "base", "hand", "revolute", limits, "0 0 1")
     chain, parts = read_urdf(arm_file(tmp_path, *limited))
     world = ArmWorld(Arm(chain, parts, False), [post(0.5)], "test")
-    view, scene = world.robot.arrays, world.scene
+    view, scene = world.robot.arrays, world.scenes
     samples = np.random.default_rng(0).uniform(world.lower, world.upper, (200, 1))
     left, right, behind = np.array([[0.6], [-0.6], [3.0]])
     assert rrt_connect.is_connected(view, scene, left, behind, samples, world.planning_tolerance)
@@ -135,13 +135,13 @@ def test_what_lies_behind_half_a_turn_is_connected(tmp_path: Path) -> None:
     """The same hand without limits, and what would be straight in numbers is blocked."""
     chain, parts = read_urdf(arm_file(tmp_path, *TURNING_HAND))
     world = ArmWorld(Arm(chain, parts, False), [post(0.5)], "test")
-    view, scene = world.robot.arrays, world.scene
+    view, scene = world.robot.arrays, world.scenes
     samples = np.random.default_rng(0).uniform(world.lower, world.upper, (200, 1))
     for left, right in np.array([[[0.6], [-0.6]], [[2.8], [-2.8]]]):
         ends = left, right, samples, world.planning_tolerance
         assert rrt_connect.is_connected(view, scene, *ends)
     walled = ArmWorld(Arm(chain, parts, False), [post(0.5), post(-0.5)], "test")
-    assert not rrt_connect.is_connected(view, walled.scene, left, right, *ends[2:])
+    assert not rrt_connect.is_connected(view, walled.scenes, left, right, *ends[2:])
 
 
 def test_ways_around_are_found(tmp_path: Path) -> None:
@@ -156,7 +156,7 @@ def test_ways_around_are_found(tmp_path: Path) -> None:
     )
     chain, parts = read_urdf(file)
     world = ArmWorld(Arm(chain, parts, False), [post(0.5)], "test")
-    view, scene = world.robot.arrays, world.scene
+    view, scene = world.robot.arrays, world.scenes
     left, right = np.array([[0.6, 0.5], [-0.6, 0.5]])
     assert not world.collision_model().segment_is_free(left, right)
     for seed in range(5):

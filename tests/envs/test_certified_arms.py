@@ -53,7 +53,7 @@ def refuted(env: Environment, motions: Array) -> int:
     hit = 0
     for some in np.array_split(motions, 1 + len(motions) // 16):
         q = some[:, :1] + t * (some[:, 1:] - some[:, :1])
-        above = arm_clearance.clearances(arm, env.scene, q.reshape(-1, env.dimension))
+        above = arm_clearance.clearances(arm, env.scenes, q.reshape(-1, env.dimension))
         above = above.reshape(len(some), SAMPLES)
         for one, least in zip(q, above, strict=True):
             asked = one[least.argmin()], one[rng.integers(SAMPLES)]
@@ -68,7 +68,7 @@ def free_by_fcl(env: Environment, motions: Array) -> NDArray[np.bool_]:
 
 def free_by_spheres(env: Environment, motions: Array) -> NDArray[np.bool_]:
     assert isinstance(env, ArmWorld)
-    view, scene = env.robot.arrays, env.scene
+    view, scene = env.robot.arrays, env.scenes
     free = [arm_clearance.segment_is_free(view, scene, a, b, TOLERANCE) for a, b in motions]
     return np.array(free)
 

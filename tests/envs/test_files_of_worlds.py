@@ -44,7 +44,7 @@ def server(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[type[_Se
     thread.start()
     monkeypatch.delenv("BENCH_DATA", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(bunny, "URL", f"http://127.0.0.1:{httpd.server_port}/bunny.ply")
+    monkeypatch.setattr(bunny, "URL", f"http://127.0.0.1:{httpd.server_port}")
     monkeypatch.setattr(bunny, "SHA256", hashlib.sha256(_Server.content).hexdigest())
     yield _Server
     httpd.shutdown()
@@ -76,7 +76,7 @@ def test_without_a_network_one_line_says_where_to_put_it(
 ) -> None:
     monkeypatch.setenv("BENCH_DATA", str(tmp_path))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(bunny, "URL", "http://127.0.0.1:9/bunny.ply")
+    monkeypatch.setattr(bunny, "URL", "http://127.0.0.1:9")
     with pytest.raises(InputError, match="cannot be fetched") as caught:
         envs.make("bunny")
     assert str(tmp_path / "cache/plannerbench/meshes/bunny.ply") in str(caught.value)

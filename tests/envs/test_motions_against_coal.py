@@ -11,6 +11,7 @@ import pytest
 from compared_robots import comparison, of_arm
 from conftest import has_data
 from exact_robots import ExactArm, RobotFiles
+from made_robots import let_links_touch_obstacles, made_tree_world
 from motion_agreement import Agreement
 
 from envs.robots.arm import Arm
@@ -23,7 +24,12 @@ def compared(name: str, folder: Path, draws: int, seed: int = 0) -> Agreement:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", [*(f"tree {n}" for n in range(100, 105)), "body 100", "body 101", "ur5", "baxter_left"]
+    "name",
+    [
+        *(f"tree {n}" for n in range(100, 105)),
+        *(f"touching {n}" for n in range(100, 104)),
+        *("body 100", "body 101", "ur5", "baxter_left"),
+    ],
 )
 def test_no_answer_is_wrong(name: str, tmp_path: Path) -> None:
     found = compared(name, tmp_path, 20)
@@ -53,6 +59,21 @@ def test_speeds_taken_for_half_of_what_they_are_are_noticed(
     found = compared(name, tmp_path, 40)
     assert found.false_accepts > 0
     assert found.cases[0].startswith("accepted by ")
+
+
+@pytest.mark.slow
+def test_contacts_that_only_one_check_allows_are_noticed(tmp_path: Path) -> None:
+    text, files = made_tree_world(tmp_path, 100)
+    strict = of_arm(text, files)
+    contacts = let_links_touch_obstacles(tmp_path, 100)
+    lenient = of_arm(text, files, contacts)
+    strict.exact, lenient.exact = lenient.exact, strict.exact
+    too_strict, too_lenient = (one(20, np.random.default_rng(0)) for one in (strict, lenient))
+    assert too_strict.wrongly_invalid > 0
+    assert too_strict.false_rejects > 0
+    assert too_strict.false_accepts == 0
+    assert too_lenient.wrongly_valid > 0
+    assert too_lenient.false_accepts > 0
 
 
 def test_a_pair_of_links_that_is_not_asked_is_noticed(tmp_path: Path) -> None:

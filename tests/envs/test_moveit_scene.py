@@ -64,8 +64,27 @@ def test_the_matrix_allows_what_is_true() -> None:
         "entry_values": [[False, True, False], [True, False, False], [False, False, True]],
     }
     found = read(made.scene(allowed_collision_matrix=matrix))
-    assert found.allowed == {frozenset("ab")}
-    assert read(made.scene()).allowed == frozenset()
+    assert found.allowed.pairs("abcd") == {frozenset("ab")}
+    assert read(made.scene()).allowed.pairs("abcd") == frozenset()
+
+
+def test_defaults_count_for_pairs_that_the_matrix_does_not_have() -> None:
+    """As `moveit_msgs/AllowedCollisionMatrix` says: of two defaults both must allow it."""
+    matrix = {
+        "entry_names": ["a", "b"],
+        "entry_values": [[False, False], [False, False]],
+        "default_entry_names": ["a", "c", "d"],
+        "default_entry_values": [True, True, False],
+    }
+    found = read(made.scene(allowed_collision_matrix=matrix)).allowed
+    assert not found.allows("a", "b"), "it has an entry"
+    assert found.allows("a", "c")
+    assert found.allows("c", "a")
+    assert found.allows("x", "a")
+    assert not found.allows("a", "d")
+    assert not found.allows("d", "x")
+    assert not found.allows("x", "b"), "neither has a default"
+    assert found.pairs("abx") == {frozenset("ax")}
 
 
 GOOD = made.box("table", made.pose(0, 0), 1, 1, 1)
@@ -105,6 +124,10 @@ MATRIX = {"entry_names": ["a", "b"], "entry_values": [[False, True]]}
         ),
         ({"world": {"octomap": {"octomap": {"data": [1]}}}}, "has an octomap"),
         (made.scene(allowed_collision_matrix=MATRIX), "allowed_collision_matrix is not 2 by 2"),
+        (
+            made.scene(allowed_collision_matrix={"default_entry_names": ["a"]}),
+            "allowed_collision_matrix has 1 default_entry_names and 0 default_entry_values",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_scene_is_said_in_a_line(content: Any, said: str) -> None:

@@ -236,23 +236,15 @@ def test_allowed_pairs_are_of_links_or_of_links_and_obstacles(folder: Path) -> N
         frozenset(("hand", "finger")),
         frozenset(("base", "hand")),
     }
-    contacts = scene.allowed_contacts(LINKS)
-    assert contacts.dtype == np.bool_
-    assert contacts.tolist() == [
-        [False, False, False],
-        [False, False, True],
-        [True, False, False],
-        [False, False, True],
-    ]
+    touching = {(link, o) for link in LINKS for o in scene.names if o and scene.allows(link, o)}
+    assert touching == {("hand", "crate"), ("finger", "ball")}
 
 
 def test_what_a_scene_without_pairs_allows_is_nothing(folder: Path) -> None:
-    scene = read_scene(written(folder, "obstacles: [{sphere: 1}]"))
+    scene = read_scene(written(folder, "obstacles: [{sphere: 1, name: ball}]"))
     scene.check_names(LINKS)
     assert scene.allowed_links(LINKS) == frozenset()
-    assert not scene.allowed_contacts(LINKS).any()
-    assert scene.allowed_contacts(LINKS).shape == (4, 1)
-    assert Scene(Path()).allowed_contacts(LINKS).shape == (4, 0)
+    assert not scene.allows("hand", "ball")
 
 
 @pytest.mark.parametrize(

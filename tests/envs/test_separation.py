@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from envs.collision import mesh, mesh_tree
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.separation import clearances_of_each, separations, shapes_of
+from envs.collision.separation import clearances_of_each, contacts_array, separations, shapes_of
 from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, PlacedShape, Solid, Sphere
 from envs.problem import Array
 from envs.robots.point import PointRobot
@@ -89,9 +89,9 @@ def test_shapes_placed_elsewhere_are_where_they_are_placed() -> None:
     ball = shapes_of([PlacedShape(Sphere(0.1), np.eye(4))])
     here, no_pairs, least = np.eye(3, 4)[None].copy(), np.zeros((0, 2), dtype=np.int64), np.empty(1)
     here[0, 0, 3] = 0.2
-    clearances_of_each(ball, here, shapes, no_pairs, np.inf, 0.0, least)
+    clearances_of_each(ball, here, shapes, no_pairs, contacts_array(None), np.inf, 0.0, least)
     assert least == pytest.approx(0.1)
-    clearances_of_each(ball, here, shapes, no_pairs, 0.05, 0.0, least)
+    clearances_of_each(ball, here, shapes, no_pairs, contacts_array(None), 0.05, 0.0, least)
     assert least == 0.05
 
 

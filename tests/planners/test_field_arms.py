@@ -12,6 +12,7 @@ import envs
 import planners
 from envs.scenes.arm_world import ArmWorld
 from planners.fields import methods
+from planners.fields.computed_inputs import PER_CLEARANCE
 from planners.fields.networks import TimeField
 from planners.fields.objectives import LargestSubsolution
 from planners.fields.path_extraction import Descent, gradients
@@ -75,6 +76,36 @@ def test_inputs_know_sines_places_and_clearances(world: ArmWorld) -> None:
 
 
 @pytest.mark.slow
+def test_inputs_of_a_body_are_told_what_it_must_not_touch() -> None:
+    """Those of the last link, which may touch all but a few obstacles, are as if only these were
+    there, and those of the others as if it must not touch any."""
+    made = envs.make("arm4")
+    assert isinstance(made, ArmWorld)
+    arm, last, m = made.robot, made.robot.links[made.robot.moving - 1], made.dimension
+    names = [f"o{n}" for n in range(len(made.obstacles))]
+    kept = {"o1", "o5", "o9"}
+    few = [one for one, name in zip(made.obstacles, names, strict=True) if name in kept]
+    world = ArmWorld(
+        arm,
+        made.obstacles,
+        "test",
+        names=names,
+        allows=lambda link, name: link == last and name not in kept,
+    )
+    x = points(world, 200)
+    found, every, of_few = (
+        ArmInputs(one).at(x) for one in (world, made, ArmWorld(arm, few, "test"))
+    )
+    first = world.robot.arrays.bodies[world.robot.moving - 1] - 1
+    of_last = slice(2 * m + 3 * m + PER_CLEARANCE * first, None)
+    assert first == m - 1
+    assert (found[..., : of_last.start] == every[..., : of_last.start]).all()
+    assert (found[..., of_last] == of_few[..., of_last]).all()
+    assert (found != every).any()
+    assert_pushes_lead_out(world)
+
+
+@pytest.mark.slow
 def test_the_compiled_network_is_the_network(world: ArmWorld, net: TimeField) -> None:
     compiled = CompiledField(net)
     starts, goals = (torch.from_numpy(points(world, 30, seed)).float() for seed in (1, 2))
@@ -103,6 +134,10 @@ def test_the_field_is_symmetric_with_the_right_gradients(world: ArmWorld, net: T
 
 @pytest.mark.slow
 def test_pushes_lead_out_of_obstacles(world: ArmWorld) -> None:
+    assert_pushes_lead_out(world)
+
+
+def assert_pushes_lead_out(world: ArmWorld) -> None:
     field = ArmInputs(world).field
     step = np.empty(world.dimension)
     gained = []

@@ -19,6 +19,7 @@ from bench.analysis.timing import anytime
 from bench.judging.metric import Metric
 from bench.report import formatting
 from bench.report.html.problems import ProblemSetResults
+from bench.report.html.sweeps import sweep_charts
 from bench.storage.record import Verdict
 from envs.problem import Array
 
@@ -36,7 +37,8 @@ def overview_data(
     - `costs`: `x` seconds, `y` the median of the best length so far, `low` and `high` the ends of
       its interval, None where infinite; `first`, where half had a first solution, if they had;
     - `metrics`: of each metric that has a value here its `title`, whether its axis is logarithmic
-      (`log`), and `curves`: `values` of verified successes.
+      (`log`), and `curves`: `values` of verified successes;
+    - `sweeps`: see `bench.report.html.sweeps`.
 
     Args:
         numbers: the planners' among all of the page.
@@ -62,6 +64,7 @@ def overview_data(
             for metric in metrics
             if (made := curves(partial(_values, column=metric.name)))
         ],
+        "sweeps": sweep_charts(problem_set, numbers, metrics),
     }
 
 

@@ -14,6 +14,7 @@ import pandas as pd
 
 import envs
 from bench.analysis.run_results import RunResults
+from bench.execution.problem_choice import ProblemChoice
 from bench.judging.contact import first_contact
 from bench.judging.judge import SceneModels
 from bench.report import formatting
@@ -30,18 +31,18 @@ class ProblemSetResults:
 
     Attributes:
         env, fingerprint: of the environment.
-        seed: of the problems.
         records: the attempts.
         time_limit_s: the longest of them had.
         units: of the environment; see `envs.Environment.units`.
+        choice: of the problems.
     """
 
     env: str
     fingerprint: str
-    seed: int
     records: pd.DataFrame
     time_limit_s: float
     units: Mapping[str, str]
+    choice: ProblemChoice
 
     @property
     def planners(self) -> list[str]:
@@ -83,15 +84,18 @@ def problem_sets_of(run: RunResults) -> list[ProblemSetResults]:
         selection["settings_digest"]: float(selection["settings"]["time_limit_s"])
         for selection in run.selections
     }
+    choices = {
+        (s["settings_digest"], s["seed"]): ProblemChoice.of_selection(s) for s in run.selections
+    }
     units = {env["id"]: env.get("units", {}) for s in run.selections for env in s["envs"]}
     return [
         ProblemSetResults(
             str(env),
             str(records["env_fingerprint"].iloc[0]),
-            int(records["problems_seed"].iloc[0]),
             records,
             max(limits[digest] for digest in records["settings"].unique()),
             units.get(env, {}),
+            choices[records["settings"].iloc[0], int(records["problems_seed"].iloc[0])],
         )
         for env, records in run.records.groupby("env", sort=False)
     ]
@@ -203,7 +207,7 @@ class _Shown(_Plain):
                 ends[row["problem"]] = decode_path(row["path"])[[0, -1]]
         missing = [number for number in self._problem_set.problems if number not in ends]
         if missing:
-            made = self._world.problems_at(missing, self._problem_set.seed)
+            made = self._problem_set.choice.at(self._world, missing)
             ends.update({one.index: np.stack([one.start, one.goal]) for one in made})
         return ends
 

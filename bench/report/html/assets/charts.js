@@ -64,6 +64,14 @@ const CHARTS = {
     const axis = log ? seconds(curves, "values") : { title: { text: title } };
     return [spreads(curves), { xaxis: axis, yaxis: SIDEWAYS, showlegend: false }];
   },
+  sweep: (problemSet, place) => {
+    const chart = problemSet.sweeps[place.dataset.sweep];
+    const line = { x: chart.x, y: chart.y, mode: "lines+markers", line: { color: colourOf(planner(chart)), width: 2 }, showlegend: false };
+    return [[band(chart), line], {
+      xaxis: { title: { text: plain(chart.parameter) } },
+      yaxis: { title: { text: plain(chart.axis) }, type: chart.log ? "log" : "linear" },
+    }];
+  },
 };
 
 async function drawChart(place) {

@@ -1,0 +1,87 @@
+"""What the page shows of planners that differ in one number, as JSON data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from bench.analysis.statistics import clustered_wilson_interval
+from bench.analysis.summary import attempted_records
+from bench.analysis.sweeps import Sweep, sweeps
+from bench.judging.metric import Metric
+from bench.report.html.problems import ProblemSetResults
+from bench.storage.record import Verdict
+
+_DIGITS = 5
+
+
+def sweep_charts(
+    problem_set: ProblemSetResults, numbers: dict[str, int], metrics: Sequence[Metric]
+) -> list[dict[str, Any]]:
+    """A chart of success, and of each metric that has a value, for each sweep of a problem set:
+    objects with `title`; `axis`, what is along the other axis; whether that is `log`arithmic;
+    `planner`, whose colour it has; and at the parameter's values `x` the lists `y`, `low` and
+    `high`: of success the rate with its 95 % interval, of a metric the median over verified
+    successes with the quartiles, None where there are none.
+
+    Args:
+        numbers: the planners' among all of the page.
+    """
+    return [
+        chart
+        for sweep in sweeps(problem_set.planners)
+        for chart in _charts(sweep, problem_set, numbers, metrics)
+    ]
+
+
+def _charts(
+    sweep: Sweep, problem_set: ProblemSetResults, numbers: dict[str, int], metrics: Sequence[Metric]
+) -> list[dict[str, Any]]:
+    attempts = attempted_records(problem_set.records)
+    rows = [attempts[attempts["planner"] == id] for _, id in sweep.values]
+    common = {
+        "title": sweep.title,
+        "parameter": sweep.parameter,
+        "x": [value for value, _ in sweep.values],
+        "planner": numbers[sweep.values[0][1]],
+    }
+    charts = [{"axis": "share solved", "log": False, **_columns([_success(r) for r in rows])}]
+    for metric in metrics:
+        values = [_quartiles(r, metric.name) for r in rows]
+        if any(value is not None for one in values for value in one):
+            axis = metric.heading([problem_set.units])
+            charts.append({"axis": axis, "log": metric.timed, **_columns(values)})
+    return [{**common, **chart} for chart in charts]
+
+
+Spread = tuple[float | None, float | None, float | None]
+"""Low, middle and high."""
+
+
+def _columns(spreads: Sequence[Spread]) -> dict[str, list[float | None]]:
+    low, middle, high = (list(column) for column in zip(*spreads, strict=True))
+    return {"low": low, "y": middle, "high": high}
+
+
+def _success(rows: pd.DataFrame) -> Spread:
+    if rows.empty:
+        return None, None, None
+    solved = (rows["outcome"] == Verdict.VALID.value).groupby(rows["problem"])
+    low, high = clustered_wilson_interval(solved.sum(), solved.count())
+    return _short(low), _short(float(solved.sum().sum() / len(rows))), _short(high)
+
+
+def _quartiles(rows: pd.DataFrame, column: str) -> Spread:
+    values = rows.loc[rows["outcome"] == Verdict.VALID.value, column].dropna().to_numpy(float)
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return None, None, None
+    low, middle, high = np.percentile(values, [25, 50, 75]).tolist()
+    return _short(low), _short(middle), _short(high)
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}")
