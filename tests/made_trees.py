@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio
 from bad_urdfs import collision, joint, link, robot
 
+from envs.collision.separation import separations
+from envs.collision.shapes import Mesh, PlacedShape
 from envs.problem import Array
+from envs.robots.arm import Arm, Part
 from envs.robots.kinematic_tree import KinematicTree
+from envs.robots.urdf import read_urdf
 
 _KINDS = ("revolute", "revolute", "continuous", "prismatic", "fixed")
 
@@ -50,6 +55,28 @@ def _solid(rng: np.random.Generator) -> str:
     ]
     place = " ".join(f"{x:.3f}" for x in rng.uniform(-0.15, 0.15, 3))
     return collision(shapes[rng.integers(3)], f'<origin xyz="{place}"/>')
+
+
+def made_arm(folder: Path, seed: int, meshes: float) -> Arm:
+    """Of a made tree, a share of whose solids are meshes of the same shape."""
+    file = folder / f"{seed}.urdf"
+    file.write_text(made_tree(seed))
+    tree, parts = read_urdf(file)
+    rng = np.random.default_rng(seed)
+    made = [Part(p.body, _as_mesh(p.placed) if rng.random() < meshes else p.placed) for p in parts]
+    return Arm(tree, made, self_collision=True)
+
+
+def _as_mesh(placed: PlacedShape) -> PlacedShape:
+    surface = placed.solid.triangulate()
+    return PlacedShape(Mesh(surface.vertices, surface.faces), placed.pose)
+
+
+def distances_of(arm: Arm, i: int, j: int, q: Array) -> Array:
+    """The distances (n,) of two parts at configurations (n, d)."""
+    bodies = [arm.parts[part].body for part in (i, j)]
+    poses = np.array([arm.body_poses(one)[bodies] for one in q])
+    return np.asarray(separations(arm.arrays.shapes, i, j, poses, np.inf))
 
 
 def values_of(text: str, chosen: Mapping[str, float]) -> dict[str, float]:

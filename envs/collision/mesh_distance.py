@@ -18,6 +18,9 @@ from envs.collision.shapes import CYLINDER, POINT, ROW, TRIANGLE
 from envs.collision.triangles import point_to_triangle, triangle_to_triangle
 from envs.compiled import njit_cached, njit_hot
 
+AXIS = 8
+"""Numbers of an axis that moves a mesh, see `first_within`."""
+
 _DEEPEST = 64
 """Nodes that wait at most: halving leaves fewer than 2^32 triangles one each in 32 steps."""
 
@@ -147,6 +150,79 @@ def mesh_to_mesh(
             nodes[waiting, 0], nodes[waiting, 1], bounds[waiting] = a2, b2, two
             waiting += 1
     return least
+
+
+@njit_cached
+def first_within(
+    trees: Any, root: int, axes: Any, other_root: int, other_axes: Any, pose: Any, reach: float
+) -> tuple[float, float]:
+    """The first two triangles found of two meshes, the other one at a pose (3, 4) in the frame of
+    the first, that are no farther apart than `reach` and what axes move them by: their distance as
+    they are, and how far both are moved at most. Infinite and 0 if there are none.
+
+    Args:
+        axes, other_axes: that move each mesh from where it is, rows (k, AXIS), those nearest to the
+            mesh first: a point of the axis and its direction, in the frame of the mesh; by how much
+            at most it turns, in radians, or slides; and 1 if it slides, else 0.
+    """
+    triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
+    nodes, moves = np.empty((2 * _DEEPEST, 2), dtype=np.int64), np.empty((2 * _DEEPEST, 2))
+    beyond = np.empty(2)
+    nodes[0, 0], nodes[0, 1], waiting = root, other_root, 1
+    moves[0, 0], moves[0, 1] = _moves(trees, root, axes), _moves(trees, other_root, other_axes)
+    while waiting:
+        waiting -= 1
+        a, b = nodes[waiting, 0], nodes[waiting, 1]
+        by_a, by_b = moves[waiting, 0], moves[waiting, 1]
+        if trees.child[a] < 0 and trees.child[b] < 0:
+            _take_triangle(trees, a, triangle)
+            _take_triangle(trees, b, other_triangle)
+            moved(other_triangle, pose, there)
+            apart = triangle_to_triangle(triangle, there)
+            if apart <= reach + by_a + by_b:
+                return apart, by_a + by_b
+            continue
+        splits_a = trees.child[b] < 0 or (trees.child[a] >= 0 and trees.radii[a] > trees.radii[b])
+        first, begin = trees.child[a] if splits_a else trees.child[b], waiting
+        for n in range(2):
+            if splits_a:
+                a = first + n
+                by_a = _moves(trees, a, axes)
+            else:
+                b = first + n
+                by_b = _moves(trees, b, other_axes)
+            most = reach + by_a + by_b
+            beyond[n] = _node_to_node(trees, a, trees, b, pose, most) - most
+            if beyond[n] <= 0.0:
+                nodes[waiting, 0], nodes[waiting, 1] = a, b
+                moves[waiting, 0], moves[waiting, 1] = by_a, by_b
+                waiting += 1
+        if waiting == begin + 2 and beyond[0] < beyond[1]:
+            for k in range(2):  # the nearer two last, which are the next that are looked at
+                nodes[begin, k], nodes[begin + 1, k] = nodes[begin + 1, k], nodes[begin, k]
+                moves[begin, k], moves[begin + 1, k] = moves[begin + 1, k], moves[begin, k]
+    return math.inf, 0.0
+
+
+@njit_hot
+def _moves(trees: Any, node: int, axes: Any) -> float:
+    """How far axes move anything that a node holds from where it is, at most.
+
+    A turn moves a point by its angle times the point's distance from the axis, which is at most
+    what it is as things are, and what the axes nearer to the mesh have moved it by.
+    """
+    moves = 0.0
+    for n in range(len(axes)):
+        row = axes[n]
+        if row[7] > 0.0:
+            moves += row[6]
+            continue
+        x, y, z = trees.middles[node, 0], trees.middles[node, 1], trees.middles[node, 2]
+        x, y, z = x - row[0], y - row[1], z - row[2]
+        u, v, w = y * row[5] - z * row[4], z * row[3] - x * row[5], x * row[4] - y * row[3]
+        off_axis = math.sqrt(u * u + v * v + w * w)
+        moves += row[6] * (off_axis + trees.radii[node] + moves)
+    return moves
 
 
 @njit_hot

@@ -119,7 +119,7 @@ def _surface_separation(
         a, i, row, pose, b, j, other, at = b, j, other, at, a, i, row, pose
     here, between = np.empty((3, 4)), np.empty((3, 4))
     compose(pose, a.poses[i], here)
-    _undo(here, between)
+    undo(here, between)
     solid = np.empty(ROW)
     moved(other, between, solid)
     return float(solid_to_mesh(a.trees, a.roots[i], solid, most))
@@ -133,7 +133,7 @@ def meshes_apart(
     that they are placed in."""
     here, there, between = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
     compose(pose, a.poses[i], here)
-    _undo(here, between)
+    undo(here, between)
     compose(at, b.poses[j], there)
     compose(between, there, here)
     return float(mesh_to_mesh(a.trees, a.roots[i], b.trees, b.roots[j], here, most, enough))
@@ -254,7 +254,7 @@ def separations(shapes: Any, i: int, j: int, poses: Any, most: float) -> Any:
 
 
 @njit_hot
-def _undo(pose: Any, out: Any) -> None:
+def undo(pose: Any, out: Any) -> None:
     """Writes the pose (3, 4) that undoes one."""
     for i in range(3):
         out[i, 3] = 0.0

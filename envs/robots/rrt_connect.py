@@ -11,12 +11,14 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from envs.collision.part_scenes import PartScenes
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 from envs.robots.arm import RobotArrays
 from envs.robots.arm_clearance import segment_is_free
+from envs.robots.swept_pairs import NONE, motion_keeps_apart
 
 ITERATIONS = 4000
 """Of a search before it gives up."""
@@ -32,10 +34,12 @@ def is_connected(
     goal: Array,
     samples: Array,
     tolerance: float,
+    swept: NDArray[np.int64] = NONE,
 ) -> bool:
     """Whether a search that draws `samples` (n, d) joins two configurations (d,) by motions that
-    are certified to a tolerance in metres."""
-    return bool(_joined(arm, scenes, start, goal, samples, STEP, tolerance))
+    are certified to a tolerance in metres; what they keep apart besides the arm's pairs are pairs
+    (k, 3) of `swept_pairs`."""
+    return bool(_joined((arm, swept, scenes, tolerance), start, goal, samples, STEP))
 
 
 @njit_hot
@@ -71,28 +75,35 @@ def _nearest(wraps: Any, tree: Any, size: int, q: Any) -> int:
 
 
 @njit_cached
-def _extended(
-    arm: Any, scenes: Any, tree: Any, size: int, q: Any, step: float, tolerance: float
-) -> tuple[int, bool]:
+def _is_free(motions: Any, a: Any, b: Any) -> bool:
+    """Whether the motion from a to b (d,) is proved free."""
+    arm, swept, scenes, tolerance = motions
+    if not segment_is_free(arm, scenes, a, b, tolerance):
+        return False
+    return bool(motion_keeps_apart(arm, swept, a, b, tolerance))
+
+
+@njit_cached
+def _extended(motions: Any, tree: Any, size: int, q: Any, step: float) -> tuple[int, bool]:
     """Grows a tree by one motion toward a configuration: its new size, and whether it is there."""
-    wraps = arm.tree.wraps
+    wraps = motions[0].tree.wraps
     near = _nearest(wraps, tree, size, q)
     goal = _reached(wraps, tree[near], q)
     way = goal - tree[near]
     length = np.sqrt((way**2).sum())
     there = length <= step
     tip = goal if there else tree[near] + way * (step / length)
-    if size == len(tree) or not segment_is_free(arm, scenes, tree[near], tip, tolerance):
+    if size == len(tree) or not _is_free(motions, tree[near], tip):
         return size, False
     tree[size] = tip
     return size + 1, there
 
 
 @njit_cached
-def _joined(
-    arm: Any, scenes: Any, start: Any, goal: Any, samples: Any, step: float, tolerance: float
-) -> bool:
-    if segment_is_free(arm, scenes, start, _reached(arm.tree.wraps, start, goal), tolerance):
+def _joined(motions: Any, start: Any, goal: Any, samples: Any, step: float) -> bool:
+    """See `is_connected`; motions are those of an arm and its swept pairs, in a scene, certified to
+    a tolerance."""
+    if _is_free(motions, start, _reached(motions[0].tree.wraps, start, goal)):
         return True
     trees = np.empty((2, 20 * len(samples), len(start)))
     trees[0, 0], trees[1, 0] = start, goal
@@ -100,13 +111,13 @@ def _joined(
     for n in range(len(samples)):
         this, other = n % 2, 1 - n % 2
         before = sizes[this]
-        sizes[this], _ = _extended(arm, scenes, trees[this], before, samples[n], step, tolerance)
+        sizes[this], _ = _extended(motions, trees[this], before, samples[n], step)
         if sizes[this] == before:
             continue
         tip = trees[this, before]
         while True:
             before = sizes[other]
-            sizes[other], there = _extended(arm, scenes, trees[other], before, tip, step, tolerance)
+            sizes[other], there = _extended(motions, trees[other], before, tip, step)
             if there:
                 return True
             if sizes[other] == before:

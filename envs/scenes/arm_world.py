@@ -20,7 +20,7 @@ from envs.collision.shapes import PlacedShape, rounded
 from envs.environment import Environment, LinkGeometry
 from envs.errors import InputError
 from envs.problem import Array, Problem
-from envs.robots import arm_clearance, rrt_connect
+from envs.robots import arm_clearance, rrt_connect, swept_pairs
 from envs.robots.allowed_collisions import FAR
 from envs.robots.arm import SLACK, Arm, RobotArrays
 from envs.robots.arm_crowding import causes
@@ -191,10 +191,19 @@ class ArmWorld(Environment):
 
     def _is_free(self, path: Array, tolerance: float) -> bool:
         """Whether a path (k, d) touches nothing, for all that spheres prove."""
-        return all(
-            arm_clearance.paths_are_free(robot, self.scenes, [straight], tolerance)[0]
-            for robot, straight in self.robot.motions(path)
-        )
+        others, swept = self._pairs
+        for robot, straight in self.robot.motions(path):
+            rest = robot._replace(branches=others)
+            if not arm_clearance.paths_are_free(rest, self.scenes, [straight], tolerance)[0]:
+                return False
+            if len(swept) and not swept_pairs.path_keeps_apart(rest, swept, straight, tolerance):
+                return False
+        return True
+
+    @cached_property
+    def _pairs(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Of links that must not touch each other; see `swept_pairs.split`."""
+        return swept_pairs.split(self.robot)
 
     @cached_property
     def _model(self) -> CollisionModel:
@@ -295,7 +304,8 @@ class ArmWorld(Environment):
         recent = made.straight[len(made.straight) - len(made.straight) % 5 :]
         if straight and sum(recent) == self.most_free_of_five:
             return False
-        if not self._are_connected(start, goal, self.space.sample(rng, rrt_connect.ITERATIONS)):
+        draws = self.space.sample(rng, rrt_connect.ITERATIONS)
+        if not (for_planners or self._are_connected(start, goal, draws)):
             made.dropped += 1
             return False
         made.straight.append(straight)
@@ -306,7 +316,9 @@ class ArmWorld(Environment):
         """Whether a long search joins two configurations."""
         arm, tolerance = self.robot.arrays, self.planning_tolerance
         if not arm.tree.spherical.any():
-            return rrt_connect.is_connected(arm, self.scenes, start, goal, draws, tolerance)
+            others, swept = self._pairs
+            arm = arm._replace(branches=others)
+            return rrt_connect.is_connected(arm, self.scenes, start, goal, draws, tolerance, swept)
 
         def is_free(a: Array, b: Array) -> bool:
             return self._is_free(np.array([a, b]), tolerance)
