@@ -206,7 +206,7 @@ def test_a_shell_completes_the_last_name() -> None:
         return [item.value for item in found.get_completions(words, last)]
 
     assert completed("re") == ["report", "replay"]
-    assert completed("run --prob") == ["--problems"]
+    assert completed("run --prob") == ["--problems", "--problem-file"]
     assert completed("run --env bun") == ["bunny"]
     assert completed("run --planners fmm,rrts") == ["fmm,rrtstar"]
     assert completed("list planners more ") == []
