@@ -240,10 +240,10 @@ class Environment(ABC):
             InputError: the scene leaves too little free space.
         """
 
-    def reference_length(self, problem: Problem) -> float | None:
+    def known_length(self, problem: Problem) -> float | None:
         """The length of a path that is known to solve a problem, in the configurations' unit, as of
         problem sets that have such; None where none is known, which is the default. The metric
-        `length_over_reference` compares with it."""
+        `length_over_known` compares with it."""
         return None
 
     def problem_statistics(self, n: int, seed: int) -> dict[str, float]:

@@ -111,11 +111,11 @@ def _duration(
     return None if limits is None else traversal_time(env.space.unwrapped(path), limits)
 
 
-def _length_over_reference(
+def _length_over_known(
     env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
 ) -> float | None:
-    reference = env.reference_length(problem)
-    return env.space.length(path) / reference if reference else None
+    known = env.known_length(problem)
+    return env.space.length(path) / known if known else None
 
 
 METRICS = (
@@ -134,7 +134,7 @@ METRICS = (
     Metric("waypoints", "waypoints", "", 1, LOWER, _waypoints),
     Metric("duration_s", "duration", "s", 2, LOWER, _duration),
     Metric(
-        *("length_over_reference", "length / known", "", 3, LOWER, _length_over_reference),
+        *("length_over_known", "length / known", "", 3, LOWER, _length_over_known),
     ),
 )
 """This program's own."""

@@ -35,21 +35,22 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
     paths = {} if shown is None else shown.paths
     paths = {planner: path for planner, path in paths.items() if drawable(env, path)}
     lower, upper = env.free_bounds
+    _, radius = env.robot.shapes[0].bounding_sphere()
     wide, high = _SIDE * (upper - lower) / (upper - lower).max()
     with mpl.rc_context({"font.size": 9}):
         size = (max(wide, _NARROWEST), max(high, _NARROWEST) + 0.3)
         figure = Figure(figsize=size, layout="constrained")
         axes = figure.add_subplot()
         seen = _seen_from_above(env.obstacles)
-        # Edges hide the seams of faces that meet.
-        axes.add_collection(PolyCollection(seen, facecolor=_GREY, edgecolor=_GREY, linewidth=0.2))
-        axes.set_xlim(lower[0], upper[0])
-        axes.set_ylim(lower[1], upper[1])
+        # Smooth edges would leave seams between faces that meet.
+        axes.add_collection(PolyCollection(seen, facecolor=_GREY, antialiased=False))
+        axes.set_xlim(lower[0] - radius, upper[0] + radius)
+        axes.set_ylim(lower[1] - radius, upper[1] + radius)
         axes.set_aspect("equal")
         axes.set_xlabel(env.units["workspace"])
         axes.set_title(name if shown is None else f"{name}, problem {shown.problem}")
         if shown is not None and paths:
-            _draw_paths(axes, env, paths, shown)
+            _draw_paths(axes, radius, paths, shown)
         save(figure, file)
 
 
@@ -63,7 +64,8 @@ def _seen_from_above(obstacles: Sequence[Obstacle]) -> Array:
     return seen
 
 
-def _draw_paths(axes: Axes, env: Environment, paths: Mapping[str, Array], shown: Shown) -> None:
+def _draw_paths(axes: Axes, radius: float, paths: Mapping[str, Array], shown: Shown) -> None:
+    """With the robot, a disc, at both ends."""
     colour_of = colours(shown.paths)
     for planner, path in paths.items():
         style = "--" if planner in shown.refused else "-"
@@ -71,6 +73,5 @@ def _draw_paths(axes: Axes, env: Environment, paths: Mapping[str, Array], shown:
     ends = np.array([next(iter(paths.values()))[i] for i in (0, -1)])
     axes.scatter(*ends.T, color="black", s=25, zorder=4)
     for end in ends:
-        radius = env.robot.shapes[0].bounding_sphere()[1]
         axes.add_patch(Circle(end, radius, fill=False, color="black", linewidth=0.9, zorder=4))
     axes.legend(loc="best", fontsize=8)

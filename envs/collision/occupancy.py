@@ -75,7 +75,8 @@ class CellDistances:
 
     def __call__(self, points: Array) -> Array:
         """Distances (n,) from points (n, d): exact outside, and within minus the distance to the
-        nearest cell that is free; 0 where cells meet. A point that is no number gives NaN."""
+        nearest cell that is free, as the outside of the grid is not; 0 where free cells meet
+        others. A point that is no number gives NaN."""
         in_space = np.full((len(points), 3), 0.5)
         in_space[:, : self._dimension] = points
         found = np.empty(len(points))

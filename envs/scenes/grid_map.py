@@ -26,8 +26,10 @@ _SLOWER, _CELLS = 20, 10
 """The speed falls nearer to obstacles than a 20th of the map's longest side, as in houses, but than
 ten cells at most, in which the ways through large maps are wide."""
 
-_SLOWEST, _CONTACT = 7, 0.02
-"""The least speed, and that at contact, as in houses: walls are thin."""
+_SLOWEST, _DETOUR, _LEAST = 7, 3, 0.002
+"""The least speed by the highest, as in houses, which holds to half a cell from obstacles at most:
+ways may be a cell wide. At contact the speed is such that to cross a wall of one cell takes as long
+as a detour of three times the map's longest side, but no less than the last number."""
 
 _APART = 5
 """Ends of problems are a fifth of the longest side apart."""
@@ -90,8 +92,7 @@ class GridMap(PointWorld):
                 f"{sides.min() / 2:g}, not {radius:g}"
             )
         extent = float(sides.max())
-        d_max = min(extent / _SLOWER, _CELLS * self._side)
-        super().__init__(radius, SpeedModel(d_max / _SLOWEST, d_max, contact=_CONTACT))
+        super().__init__(radius, self._speed_model(extent))
         self.lower, self.upper = self._origin + radius, self._origin + sides - radius
         unit = "m" if resolution else cells.unit
         self.units = {"configuration": unit, "workspace": unit}
@@ -103,6 +104,11 @@ class GridMap(PointWorld):
         if scen:
             self._take_problems(scen, file, cells)
         self._tell(file, cells)
+
+    def _speed_model(self, extent: float) -> SpeedModel:
+        d_max = min(extent / _SLOWER, _CELLS * self._side)
+        d_min = min(d_max / _SLOWEST, self._side / 2)
+        return SpeedModel(d_min, d_max, contact=max(self._side / (_DETOUR * extent), _LEAST))
 
     def _box(self, begin: NDArray[np.int64], end: NDArray[np.int64]) -> Box:
         """What stands on some cells."""
@@ -127,8 +133,9 @@ class GridMap(PointWorld):
 
     def _tell(self, file: str, cells: Cells) -> None:
         size = " x ".join(map(str, self._cells.shape))
+        unit = self.units["workspace"]
         said = [
-            f"{file}: {size} cells, each of {self._side:g} {self.units['workspace']}",
+            f"{file}: {size} cells" + (f" of {self._side:g} m" if unit == "m" else ""),
             f"{self._cells.mean():.0%} occupied, by {len(self.obstacles)} boxes",
         ]
         if cells.unknown:
@@ -175,7 +182,7 @@ class GridMap(PointWorld):
             for index, (start, goal) in enumerate(self._ends[:n])
         ]
 
-    def reference_length(self, problem: Problem) -> float | None:
+    def known_length(self, problem: Problem) -> float | None:
         """That of the file, of paths between the middles of cells to 8 neighbours, or 26, that cut
         no corner. Others may be shorter."""
         if problem.index >= len(self._ends):

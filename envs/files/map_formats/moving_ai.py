@@ -111,7 +111,9 @@ def read_voxels(file: Path, unknown: str) -> Cells:
     outside = ((blocked < 0) | (blocked >= shape)).any(axis=1)
     if outside.any():
         x, y, z = blocked[np.argmax(outside)].tolist()
-        raise InputError(f"{file}: voxel {x} {y} {z} is outside of {shape[0]} x {shape[1]} x {shape[2]}")
+        raise InputError(
+            f"{file}: voxel {x} {y} {z} is outside of {shape[0]} x {shape[1]} x {shape[2]}"
+        )
     occupied = np.zeros(shape, dtype=np.bool_)
     occupied[tuple(blocked.T)] = True
     return Cells(occupied, unit=_UNIT)

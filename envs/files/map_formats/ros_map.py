@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -117,8 +118,11 @@ def _number(values: Mapping[str, Any], key: str, file: Path) -> float:
 
 
 def _finite(value: object, key: str, file: Path) -> float:
-    number = float(value) if isinstance(value, int | float) and abs(value) < 1e300 else math.nan
-    if isinstance(value, bool) or not math.isfinite(number):
+    number = math.nan
+    if isinstance(value, int | float | str) and not isinstance(value, bool):
+        with suppress(ValueError, OverflowError):
+            number = float(value)  # of 5e-2, too, which PyYAML takes for text
+    if not math.isfinite(number):
         raise InputError(f"{file}: {key} must be a finite number, not {brief(value)}")
     return number
 
