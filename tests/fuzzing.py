@@ -28,6 +28,10 @@ CASES = {
     "scenes": 1200,
     "Collada meshes": 1200,
     "problems of OMPL.app": 1200,
+    "maps of ROS": 1200,
+    "maps of Moving AI": 1200,
+    "voxels of Moving AI": 1200,
+    "problems of Moving AI": 1200,
 }
 """How many inputs each parser is given."""
 

@@ -81,10 +81,8 @@ def scenarios(
     *lines: str, map_name: str = "maps/rooms.map", size: tuple[int, int] = (20, 13)
 ) -> str:
     """A `.scen` of "x y X Y length" each, of cells from the upper left corner."""
-    found = ["version 1"]
-    for line in lines:
-        found.append("\t".join(["0", map_name, *map(str, size), *line.split()]))
-    return "\n".join(found) + "\n"
+    head = ["0", map_name, *map(str, size)]
+    return "\n".join(["version 1", *("\t".join([*head, *line.split()]) for line in lines)]) + "\n"
 
 
 def octile_distance(

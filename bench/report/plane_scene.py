@@ -43,7 +43,7 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
         axes = figure.add_subplot()
         seen = _seen_from_above(env.obstacles)
         # Smooth edges would leave seams between faces that meet.
-        axes.add_collection(PolyCollection(seen, facecolor=_GREY, antialiased=False))
+        axes.add_collection(PolyCollection(list(seen), facecolor=_GREY, antialiased=False))
         axes.set_xlim(lower[0] - radius, upper[0] + radius)
         axes.set_ylim(lower[1] - radius, upper[1] + radius)
         axes.set_aspect("equal")
@@ -71,7 +71,7 @@ def _draw_paths(axes: Axes, radius: float, paths: Mapping[str, Array], shown: Sh
         style = "--" if planner in shown.refused else "-"
         axes.plot(*path.T, style, color=colour_of[planner], label=planner, linewidth=1.8, zorder=3)
     ends = np.array([next(iter(paths.values()))[i] for i in (0, -1)])
-    axes.scatter(*ends.T, color="black", s=25, zorder=4)
+    axes.scatter(ends[:, 0], ends[:, 1], color="black", s=25, zorder=4)
     for end in ends:
         axes.add_patch(Circle(end, radius, fill=False, color="black", linewidth=0.9, zorder=4))
     axes.legend(loc="best", fontsize=8)

@@ -68,7 +68,8 @@ def read_problems(file: str, map_file: str, cells: Cells) -> Scenarios:
     wanted = _PROBLEMS.get(path.suffix.lower())
     if wanted is None or wanted != of_map.suffix.lower():
         raise InputError(
-            f"{file}: problems are a .scen of a .map, or a .3dscen of a .3dmap, not of {of_map.name}"
+            f"{file}: problems are a .scen of a .map, or a .3dscen of a .3dmap, not of "
+            f"{of_map.name}"
         )
     return read_scenarios(path, of_map.name, cells.occupied.shape)
 

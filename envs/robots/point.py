@@ -12,8 +12,8 @@ from envs.problem import Array
 
 @dataclass(frozen=True)
 class PointRobot:
-    """A sphere of `radius` about the configuration, which is its position: (3,) in the workspace, or
-    (2,) in its plane z = 0, where it is a disc."""
+    """A sphere of `radius` about the configuration, which is its position: (3,) in the workspace,
+    or (2,) in its plane z = 0, where it is a disc."""
 
     radius: float
 

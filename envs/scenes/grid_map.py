@@ -97,7 +97,8 @@ class GridMap(PointWorld):
         unit = "m" if resolution else cells.unit
         self.units = {"configuration": unit, "workspace": unit}
         self.min_separation = extent / _APART
-        self.obstacles = [self._box(*corners) for corners in covering_boxes(self._cells)]
+        self._boxes = [self._box(*corners) for corners in covering_boxes(self._cells)]
+        self.obstacles = self._boxes
         self._distances = CellDistances(self._cells)
         self.min_clearance = _TO_A_NODE * self._spacing
         self._ends, self._lengths = np.zeros((0, 2, dimension)), np.zeros(0)
@@ -162,7 +163,7 @@ class GridMap(PointWorld):
     @property
     def obstacle_names(self) -> Sequence[str]:
         """By the cells, as the boxes are no parts that a user knows."""
-        return [f"occupied cells about {_text(box.center)}" for box in self.obstacles]
+        return [f"occupied cells about {_text(box.center)}" for box in self._boxes]
 
     def clearance(self, q: Array) -> Array:
         there = (self.configurations(q) - self._origin) / self._side
@@ -175,7 +176,8 @@ class GridMap(PointWorld):
             return super().sample_problems(n, seed)
         if n > len(self._ends):
             raise InputError(
-                f"grid: its file has {len(self._ends)} problems, not {n}; ask for fewer (--problems)"
+                f"grid: its file has {len(self._ends)} problems, not {n}; ask for fewer "
+                "(--problems)"
             )
         return [
             Problem(start, goal, index, derived_seed("grid planner", seed, index))

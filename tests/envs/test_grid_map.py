@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from map_files import (
     ROOMS,
-    octile_distance,
     occupied,
+    octile_distance,
     scenarios,
     voxel_text,
     voxels,
@@ -223,7 +223,7 @@ def test_a_resolution_is_a_length(tmp_path: Path) -> None:
 
 
 def test_a_map_by_itself_is_told_how_to_name_it(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="grid:file=my.pgm"):
+    with pytest.raises(InputError, match=r"grid:file=my\.pgm"):
         envs.make("my.pgm")
 
 

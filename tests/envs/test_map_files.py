@@ -317,7 +317,7 @@ def test_bad_problems_are_refused(tmp_path: Path, name: str) -> None:
 def test_problems_are_of_moving_ais_maps(tmp_path: Path) -> None:
     file = str(write_image(tmp_path / "map.png"))
     (tmp_path / "rooms.scen").write_text(scenarios(GOOD))
-    with pytest.raises(InputError, match="a .scen of a .map"):
+    with pytest.raises(InputError, match=r"a \.scen of a \.map"):
         read_problems(str(tmp_path / "rooms.scen"), file, read_map(file))
     with pytest.raises(InputError, match="no such file"):
         read_problems(str(tmp_path / "none.scen"), file, read_map(file))
