@@ -31,6 +31,7 @@ CASES = {
     "maps of ROS": 1200,
     "maps of Moving AI": 1200,
     "voxels of Moving AI": 1200,
+    "images and arrays of maps": 1200,
     "problems of Moving AI": 1200,
 }
 """How many inputs each parser is given."""

@@ -43,6 +43,12 @@ _TO_A_NODE = 0.9
 _NEAREST = 0.02
 """By the side of a cell: what ends of problems in files must keep clear, at least."""
 
+_MOST_BOXES = 200_000
+"""Each takes a few kilobytes, with what FCL keeps of it."""
+
+_FINEST, _COARSEST = 1e-3, 1e3
+"""Between which the side of a cell is: to a quarter of it paths are judged, at least."""
+
 _TALL = 50
 """What stands in the plane is a 50th as tall as the map is long, in pictures."""
 
@@ -97,7 +103,13 @@ class GridMap(PointWorld):
         unit = "m" if resolution else cells.unit
         self.units = {"configuration": unit, "workspace": unit}
         self.min_separation = extent / _APART
-        self._boxes = [self._box(*corners) for corners in covering_boxes(self._cells)]
+        boxes = covering_boxes(self._cells)
+        if len(boxes) > _MOST_BOXES:
+            raise InputError(
+                f"grid: {file} is too ragged: it takes {len(boxes)} boxes to cover what is occupied, "
+                f"more than {_MOST_BOXES}; smooth it, scale it down, or cut out a part"
+            )
+        self._boxes = [self._box(*corners) for corners in boxes]
         self.obstacles = self._boxes
         self._distances = CellDistances(self._cells)
         self.min_clearance = _TO_A_NODE * self._spacing
@@ -209,9 +221,12 @@ def _side(cells: Cells, resolution: float, file: str) -> float:
     """Of a cell."""
     if cells.resolution and resolution:
         raise InputError(f"grid: {file} says its resolution itself, {cells.resolution:g}")
-    if not (resolution == 0 or 1e-6 <= resolution <= 1e6):
-        raise InputError(f"grid: resolution must be from 1e-6 to 1e6, not {resolution:g}")
-    return cells.resolution or resolution or cells.default_resolution
+    side = cells.resolution or resolution or cells.default_resolution
+    if not _FINEST <= side <= _COARSEST:
+        raise InputError(
+            f"grid: {file}: a resolution must be from {_FINEST:g} to {_COARSEST:g}, not {side:g}"
+        )
+    return side
 
 
 def _text(place: Array) -> str:

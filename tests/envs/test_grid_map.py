@@ -22,6 +22,7 @@ from scipy import ndimage
 import envs
 from envs import InputError, Problem
 from envs.collision.shapes import Sphere
+from envs.scenes import grid_map
 from envs.scenes.grid_map import GridMap
 from envs.seeding import training_seed
 
@@ -217,9 +218,15 @@ def test_bad_arguments_are_refused(ros: Path, arguments: str, said: str) -> None
 
 def test_a_resolution_is_a_length(tmp_path: Path) -> None:
     file = write_image(tmp_path / "map.png")
-    for bad in ("-1", "nan", "1e9"):
+    for bad in ("-1", "nan", "1e9", "1e-5"):
         with pytest.raises(InputError, match="resolution"):
             made(f"file={file},resolution={bad}")
+
+
+def test_a_ragged_map_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(grid_map, "_MOST_BOXES", 5)
+    with pytest.raises(InputError, match=r"too ragged: it takes .* boxes .* more than 5"):
+        made(f"file={write_image(tmp_path / 'map.png')}")
 
 
 def test_a_map_by_itself_is_told_how_to_name_it(tmp_path: Path) -> None:

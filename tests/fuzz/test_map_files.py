@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+import random
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from fuzzing import fuzzed
-from map_files import YAML, octile, scenarios, voxel_text, voxels, write_image, write_octile
+from hypothesis import strategies as st
+from map_files import (
+    YAML,
+    occupied,
+    octile,
+    scenarios,
+    voxel_text,
+    voxels,
+    write_image,
+    write_octile,
+)
 from mutations import contents
 
 from envs.files.map_file import read_map, read_problems
@@ -57,6 +69,37 @@ def test_voxels_of_moving_ai(tmp_path: Path) -> None:
 
     few = "voxel 3 4 5\n0 1 2\n2 3 4\n"
     fuzzed("voxels of Moving AI", contents([few, voxel_text(voxels()[:5, :3, :3])]), parse, check)
+
+
+def flipped(seed: bytes, samples: Sequence[tuple[str, bytes]]) -> tuple[str, bytes]:
+    """One of some files, by the ends of their names, with a few of its bytes changed, those at the
+    beginning oftenest, or cut off."""
+    rng = random.Random(seed)
+    ending, content = rng.choice(samples)
+    changed = bytearray(content)
+    for _ in range(rng.randint(1, 4)):
+        at = int(len(changed) * rng.random() ** rng.choice((1, 3)))
+        changed[at] = rng.choice((0, 255, 10, 32, 57, rng.randrange(256)))
+    kept = len(changed) if rng.random() < 0.9 else rng.randrange(len(changed))
+    return ending, bytes(changed[:kept])
+
+
+def test_images_and_arrays(tmp_path: Path) -> None:
+    images = [write_image(tmp_path / f"map.{ending}") for ending in ("pgm", "png", "bmp")]
+    np.save(tmp_path / "cubes.npy", voxels())
+    np.save(tmp_path / "chances.npy", occupied().astype(np.float64))
+    files = [*images, tmp_path / "cubes.npy", tmp_path / "chances.npy"]
+    samples = [(file.suffix, file.read_bytes()) for file in files]
+
+    def parse(given: tuple[str, bytes]) -> Cells:
+        ending, content = given
+        file = tmp_path / f"own{ending}"
+        file.unlink(missing_ok=True)  # one that is mapped into memory stays as it is
+        file.write_bytes(content)
+        return read_map(str(file))
+
+    inputs = st.binary(min_size=8, max_size=8).map(lambda seed: flipped(seed, samples))
+    fuzzed("images and arrays of maps", [inputs], parse, check)
 
 
 def test_problems_of_moving_ai(tmp_path: Path) -> None:

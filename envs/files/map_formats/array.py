@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
+from tokenize import TokenError
 
 import numpy as np
 
 from envs.errors import InputError, reason
 from envs.files.map_formats.cells import Cells, Thresholds, check_count, upright
 from envs.files.map_formats.image import DEFAULT_RESOLUTION
+
+_BROKEN = (
+    *(OSError, ValueError, EOFError, SyntaxError, TokenError, TypeError, OverflowError),
+    *(MemoryError, RecursionError, zipfile.BadZipFile),
+)
+"""What NumPy raises of headers that are none."""
 
 
 def read(file: Path, unknown: str) -> Cells:
@@ -21,7 +29,7 @@ def read(file: Path, unknown: str) -> Cells:
     """
     try:
         array = np.load(file, mmap_mode="r", allow_pickle=False)
-    except (OSError, ValueError, EOFError, SyntaxError, MemoryError) as error:
+    except _BROKEN as error:
         raise InputError(f"cannot read {file}: {reason(error)}") from error
     if not isinstance(array, np.ndarray) or array.ndim not in (2, 3):
         found = f"{array.ndim} axes" if isinstance(array, np.ndarray) else "several arrays"

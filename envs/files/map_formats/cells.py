@@ -14,7 +14,7 @@ from envs.errors import InputError
 from envs.problem import Array
 
 MOST_CELLS = 2**25
-"""Of a grid, whose distances and boxes still fit into a few hundred megabytes."""
+"""Of a grid, which takes a gigabyte, at most, while it is read."""
 
 FREE, OCCUPIED = "free", "occupied"
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +24,10 @@ DEFAULT_RESOLUTION = 0.05
 _DEEP = ("I", "I;16", "I;16B", "I;16L", "I;16N")
 """Pillow's modes of images with 16 bits a pixel."""
 
-_BROKEN = (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError)
+_BROKEN = (
+    *(OSError, ValueError, SyntaxError, EOFError, struct.error, zlib.error),
+    *(KeyError, IndexError, TypeError, OverflowError, Image.DecompressionBombError),
+)
 """What Pillow raises of files that are none of its formats, or end too early."""
 
 
