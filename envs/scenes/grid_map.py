@@ -106,8 +106,8 @@ class GridMap(PointWorld):
         boxes = covering_boxes(self._cells)
         if len(boxes) > _MOST_BOXES:
             raise InputError(
-                f"grid: {file} is too ragged: it takes {len(boxes)} boxes to cover what is occupied, "
-                f"more than {_MOST_BOXES}; smooth it, scale it down, or cut out a part"
+                f"grid: {file} is too ragged: it takes {len(boxes)} boxes to cover what is "
+                f"occupied, more than {_MOST_BOXES}; smooth it, scale it down, or cut out a part"
             )
         self._boxes = [self._box(*corners) for corners in boxes]
         self.obstacles = self._boxes
