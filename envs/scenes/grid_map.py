@@ -175,7 +175,9 @@ class GridMap(PointWorld):
     @property
     def obstacle_names(self) -> Sequence[str]:
         """By the cells, as the boxes are no parts that a user knows."""
-        return [f"occupied cells about {_text(box.center)}" for box in self._boxes]
+        return [
+            f"occupied cells about {_text(box.center[: self.dimension])}" for box in self._boxes
+        ]
 
     def clearance(self, q: Array) -> Array:
         there = (self.configurations(q) - self._origin) / self._side
