@@ -102,6 +102,13 @@ REGISTRY: Registry[Environment] = Registry(
             in_all=False,
         ),
         Spec(
+            "grid",
+            "envs.scenes.grid_map:GridMap",
+            "point robot, disc or ball in an occupancy grid: a map of ROS, an image, an array, or "
+            "Moving AI's with its problems (file, scen, radius, resolution, unknown)",
+            in_all=False,
+        ),
+        Spec(
             "mbm",
             "envs.scenes.motion_bench_maker:MotionBenchMaker",
             "a set of MotionBenchMaker's problems, each in a scene of its own (robot, set, scene)",
@@ -125,6 +132,9 @@ REGISTRY: Registry[Environment] = Registry(
     of_files={
         ".urdf": "an arm is arm:urdf={}",
         ".cfg": "a problem of OMPL.app is omplapp:file={}",
+        **dict.fromkeys(
+            (".3dmap", ".bmp", ".map", ".npy", ".pgm", ".png"), "an occupancy grid is grid:file={}"
+        ),
         **dict.fromkeys((".dae", ".glb", ".obj", ".off", ".ply", ".stl"), "a mesh is mesh:file={}"),
     },
 )

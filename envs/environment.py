@@ -166,9 +166,10 @@ class Environment(ABC):
 
     @property
     def is_point_robot(self) -> bool:
-        """Whether the robot is a point, or a ball, at the position (3,) in the workspace that its
-        configuration is; by default not. Then a curve tells all of a path, and learners may look
-        about a configuration among the obstacles."""
+        """Whether the robot is a point, or a ball, at the position in the workspace that its
+        configuration is: (3,), or (2,) in the plane z = 0, where it is a disc among what stands
+        upright; by default not. Then a curve tells all of a path, and learners may look about a
+        configuration among the obstacles."""
         return False
 
     @property
@@ -258,6 +259,12 @@ class Environment(ABC):
         """
         made = self.sample_problems(max(indices, default=-1) + 1, seed)
         return [made[index] for index in indices]
+
+    def known_length(self, problem: Problem) -> float | None:
+        """The length of a path that is known to solve a problem, in the configurations' unit, as of
+        problem sets that have such; None where none is known, which is the default. The metric
+        `length_over_known` compares with it."""
+        return None
 
     def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
         """What is worth knowing of how the first `n` problems of `seed` came about: numbers by

@@ -24,16 +24,21 @@ class GridComponents:
     Args:
         clearance: (n, d) -> (n,), in the unit of the configurations.
         lower, upper: (d,) bounds.
-        nodes: the number of nodes along each axis.
+        nodes: (d,) the number of nodes along each axis, or one for all.
     """
 
     def __init__(
-        self, clearance: Callable[[Array], Array], lower: Array, upper: Array, nodes: int = 100
+        self,
+        clearance: Callable[[Array], Array],
+        lower: Array,
+        upper: Array,
+        nodes: int | NDArray[np.int64] = 100,
     ) -> None:
         from scipy import ndimage  # a third of a second, which workers can save
 
-        points = node_positions(node_axes(lower, upper, [nodes] * len(lower)))
-        spacing = (upper - lower) / (nodes - 1)
+        counts = np.broadcast_to(nodes, len(lower))
+        points = node_positions(node_axes(lower, upper, counts))
+        spacing = (upper - lower) / (counts - 1)
         free = clearance(points.reshape(-1, len(lower))) > spacing.max() / 2
         labels, _ = ndimage.label(free.reshape(points.shape[:-1]))
         self._labels = RegularGrid.between(labels.astype(np.int64), lower, upper)

@@ -32,6 +32,11 @@ CASES = {
     "paths as CSV": 1200,
     "paths as matrices": 1200,
     "paths as arrays": 600,
+    "maps of ROS": 1200,
+    "maps of Moving AI": 1200,
+    "voxels of Moving AI": 1200,
+    "images and arrays of maps": 1200,
+    "problems of Moving AI": 1200,
 }
 """How many inputs each parser is given."""
 

@@ -111,6 +111,13 @@ def _duration(
     return None if limits is None else traversal_time(env.space.unwrapped(path), limits)
 
 
+def _length_over_known(
+    env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
+) -> float | None:
+    known = env.known_length(problem)
+    return env.space.length(path) / known if known else None
+
+
 METRICS = (
     Metric("time_s", "time", "s", 3, LOWER, _time, timed=True, primary=True),
     Metric("length", "length", CONFIGURATION_UNIT, 2, LOWER, _length, primary=True),
@@ -126,6 +133,9 @@ METRICS = (
     Metric("greatest_turn", "greatest turn", "deg", 1, LOWER, _greatest_turn),
     Metric("waypoints", "waypoints", "", 1, LOWER, _waypoints),
     Metric("duration_s", "duration", "s", 2, LOWER, _duration),
+    Metric(
+        *("length_over_known", "length / known", "", 3, LOWER, _length_over_known),
+    ),
 )
 """This program's own."""
 

@@ -33,7 +33,7 @@ def fetch(folder: Path, url: str, digests: Mapping[str, str], instead: str) -> N
     Raises:
         InputError: one cannot be fetched, or is not what it should be.
     """
-    logging.getLogger("pooch").setLevel(logging.WARNING)  # else it reports every download
+    pooch.get_logger().setLevel(logging.WARNING)  # else it reports every download
     store = pooch.create(folder, f"{url}/", registry=dict(digests), retry_if_failed=1)
     missing = [name for name in digests if not (folder / name).is_file()]
     bar = tqdm(missing, unit="file", disable=None if len(missing) >= _LEAST_SHOWN else True)

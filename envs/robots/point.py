@@ -12,7 +12,8 @@ from envs.problem import Array
 
 @dataclass(frozen=True)
 class PointRobot:
-    """A sphere of `radius` about the configuration, which is its position (3,)."""
+    """A sphere of `radius` about the configuration, which is its position: (3,) in the workspace,
+    or (2,) in its plane z = 0, where it is a disc."""
 
     radius: float
 
@@ -34,7 +35,7 @@ class PointRobot:
 
     def poses(self, q: Array) -> Array:
         found: Array = _UNTURNED.copy()
-        found[0, :, 3] = q
+        found[0, : len(q), 3] = q
         return found
 
     def motion_bound(self, a: Array, b: Array) -> float:
@@ -43,7 +44,9 @@ class PointRobot:
 
     def trace(self, q: Array) -> Array:
         """Its middle."""
-        return np.asarray(q, dtype=np.float64)[:, None]
+        middle = np.zeros((len(q), 1, 3))
+        middle[:, 0, : np.shape(q)[1]] = q
+        return middle
 
 
 _UNTURNED = np.eye(3, 4)[None]

@@ -74,11 +74,15 @@ class PointWorld(Environment):
         key = type(self), self.fingerprint
         found = _EXPLORED.pop(key, None)
         if found is None:
-            found = GridComponents(self.clearance, self.lower, self.upper)
+            found = self.explored()
         _EXPLORED[key] = found
         while len(_EXPLORED) > _MOST_EXPLORED:
             del _EXPLORED[next(iter(_EXPLORED))]
         return found
+
+    def explored(self) -> GridComponents:
+        """The connected components of free space."""
+        return GridComponents(self.clearance, self.lower, self.upper)
 
     def point_definition(self) -> dict[str, Any]:
         """The part of `definition` that these worlds share."""

@@ -30,14 +30,15 @@ SPACES = ("se3", "se2", "r3")
 
 
 class RigidWorld(RigidBodyWorld):
-    """A rigid body in the scene of a point robot, in its cube of side 20.
+    """A rigid body in the scene of a point robot.
 
     Configurations are x, y, z and the unit quaternion x, y, z, w of SE(3); or x, y and the heading
     of SE(2), in the plane at `z`; or x, y, z of translations. A length is that of the positions and
     what the body's farthest point travels by turning, unless `weight` says otherwise.
 
-    The ends of problems are uniform in free space, keep `min_clearance`, have positions at least
-    `min_separation` apart, and are joined by a long search.
+    The ends of problems are uniform in free space, keep a hundredth of the world's longest side
+    clear, or less if its own problems do, have positions a fifth of it apart, and are joined by a
+    long search.
 
     Args:
         body: "box", "l", "cross", "piano" (boxes), or a mesh file with a closed surface.
@@ -52,8 +53,6 @@ class RigidWorld(RigidBodyWorld):
         InputError: an argument is out of range, or the world's are.
     """
 
-    min_separation = 4.0
-    search_step = 2.0
     advice = "make the body smaller, as in size=1, or take another scene"
 
     def __init__(
@@ -86,7 +85,8 @@ class RigidWorld(RigidBodyWorld):
         placement = _placement(space, lower, upper, z, weight or round(radius, 6))
         encloses = any(isinstance(part.solid, Mesh) for part in parts)
         super().__init__(RigidBody(parts, placement), point_world, point_radius, encloses)
-        self.end_clearance = self.min_clearance = min(point_world.min_clearance, 0.2)
+        self.min_separation, self.search_step = longest / 5, longest / 10
+        self.end_clearance = self.min_clearance = min(point_world.min_clearance, longest / 100)
 
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         made = self.sampled_ends(n, seed)
@@ -140,6 +140,11 @@ def _world(name: str, arguments: Mapping[str, str]) -> tuple[Environment, float]
         raise InputError(
             f"rigid: world={head} has a robot of its own, which moves otherwise; name one of a "
             "point robot, such as c3d, mesh or gibson-generated"
+        )
+    if made.dimension != 3:
+        raise InputError(
+            f"rigid: world={head} is a plane, and bodies are in space; name a world in space, as a "
+            "grid of three dimensions"
         )
     return made, made.robot.radius
 

@@ -219,6 +219,8 @@ def unsupported(name: str, env: Environment) -> str | None:
     """Why a method is not for an environment, or None if it is."""
     if name in _FOR_POINTS and not env.is_point_robot:
         return "its learned w-space encoder looks about a robot that is a point, not an arm or body"
+    if name in _FOR_POINTS and env.dimension != 3:
+        return "its learned w-space encoder looks about a point in space, not in the plane"
     if name == "ief3d" and default_resolution(env.dimension) is None:
         return f"no labels by fast marching fit in {env.dimension} dimensions"
     return None

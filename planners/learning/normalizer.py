@@ -65,5 +65,7 @@ def obstacle_point_cloud(env: Environment) -> Array:
     else in the workspace, whose unit is then how far the robot comes."""
     points = surface_points(env.obstacles, SURFACE_POINTS, seed=0)
     if env.is_point_robot:
-        return Normalizer.of(env).normalize(points)
+        scale = Normalizer.of(env)
+        [[middle]] = env.robot.trace(scale.middle[None])  # in the workspace, also of a plane
+        return np.asarray((points - middle) / scale.extent)
     return points / env.extent

@@ -234,8 +234,15 @@ def _turns(env: Environment) -> list[tuple[Array, Array]]:
     equally likely one: the symmetries of scenes of point robots, whose configurations are points;
     else nothing but the identity."""
     if env.is_point_robot:
-        return [(turn, turn) for turn in env.symmetries()]
+        return [(_in_space(turn), turn) for turn in env.symmetries()]
     return [(np.eye(3), np.eye(env.dimension))]
+
+
+def _in_space(turn: Array) -> Array:
+    """What turns positions (d,), those of a plane too, as what turns the workspace, (3, 3)."""
+    found = np.eye(3)
+    found[: len(turn), : len(turn)] = turn
+    return found
 
 
 def _by_scene(made: Demonstrations, scale: Normalizer, scenes: Sequence[int]) -> list[_Paths]:

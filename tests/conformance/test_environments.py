@@ -9,6 +9,7 @@ import pytest
 import trimesh
 from bad_urdfs import LIMIT, collision, joint, link, robot
 from conftest import has_data
+from map_files import write_ros
 from omplapp_files import PLANAR, write_problem
 
 import envs
@@ -70,6 +71,8 @@ def entry(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
         trimesh.creation.box((0.3, 0.3, 0.3)).export(folder / "block.stl")
         (folder / "scene.yaml").write_text(SCENE)
         return f"arm:urdf={folder / 'arm.urdf'},scene={folder / 'scene.yaml'}"
+    if request.param == "grid":
+        return f"grid:file={write_ros(folder)},radius=0.02"
     if request.param == "omplapp":
         return f"omplapp:file={write_problem(folder, PLANAR)}"
     if request.param == "bunny" and not has_data("bunny/bunny.ply"):

@@ -42,7 +42,7 @@ class Scene:
     def __init__(self, env: Environment) -> None:
         self._env, self._robot = env, RobotShape(env)
         self._links = [] if env.is_point_robot else self._robot.links
-        self._lower, self._upper = env.free_bounds if env.is_point_robot else self._robot.bounds
+        self._lower, self._upper = _corners(env) if env.is_point_robot else self._robot.bounds
         self._scale = _Scale(float((self._upper - self._lower).max()))
 
     def data(self) -> dict[str, Any]:
@@ -86,6 +86,12 @@ class Scene:
 
     def _curves(self, q: Array) -> list[dict[str, Any]]:
         return [self._scale.curve(way) for way in self.points(q).swapaxes(0, 1)]
+
+
+def _corners(env: Environment) -> tuple[Array, Array]:
+    """The corners (3,) in the workspace of where a point robot may be."""
+    lower, upper = env.robot.trace(np.array(env.free_bounds))[:, 0]
+    return lower, upper
 
 
 class _Scale:

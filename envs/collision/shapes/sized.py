@@ -66,6 +66,8 @@ class Sphere(SizedSolid):
     def triangulate(self) -> trimesh.Trimesh:
         import trimesh
 
+        if self.radius == 0:  # of a point, which has no surface
+            return trimesh.Trimesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
         ball: trimesh.Trimesh = trimesh.creation.icosphere(subdivisions=2, radius=self.radius)
         return ball
 
