@@ -36,6 +36,9 @@ _D_MAX = 0.05 / 0.4
 _CONTACT = 0.02
 """The speed at contact, see `SpeedModel`: obstacles are thin here, too."""
 
+_ROUNDING = 1e-9
+"""Metres, far above that of distances."""
+
 _MOST_FRUITLESS = 2000
 """Pairs of ends in a row that will not do, before the world is found to have too few problems."""
 
@@ -173,8 +176,16 @@ class ArmWorld(Environment):
     def clearance(self, q: Array) -> Array:
         """Distances (n,), in metres, by `CollisionModel`, one configuration (n, d) at a time; just
         below 0 in contact."""
-        found = [self._model.clearance(one) for one in self.configurations(q)]
-        return np.array([arm_clearance.TOUCHING if c <= 0 else c for c in found])
+        q = self.configurations(q)
+        # No more than at the one before and what was moved since: what is farther away than that
+        # need not be asked, of which there is much where they follow a path.
+        moved = self.robot.rate_bound * self.space.distance(q[:-1], q[1:]) + _ROUNDING
+        found, most = np.empty(len(q)), np.inf
+        for n, one in enumerate(q):
+            found[n] = self._model.clearance(one, most)
+            if n < len(moved):
+                most = max(found[n], 0.0) + moved[n]
+        return np.where(found <= 0, arm_clearance.TOUCHING, found)
 
     def approximate_clearance(self, q: Array) -> Array:
         """Never more than `clearance` in free space; see `envs.robots.arm_clearance`."""

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import mbm_files as made
 import pytest
-from conftest import has_data
+from conftest import Cli, has_data
 
 import envs
 from envs import InputError
@@ -95,6 +95,14 @@ def test_without_a_network_a_line_says_what_to_fetch_and_where_to_put_it(
     assert f"put it at {kept / FILES[0]}, or the whole folder at mbm/panda in one that" in said
     assert "BENCH_DATA" in said
     assert "\n" not in said
+
+
+@pytest.mark.usefixtures("asked")
+def test_a_command_says_no_more(monkeypatch: pytest.MonkeyPatch, bench: Cli) -> None:
+    monkeypatch.setattr(motion_bench_maker, "URL", "http://127.0.0.1:9")
+    code, out, err = bench("problems", "--env", "mbm-panda-box")
+    assert (code, out) == (2, "")
+    assert len(err.strip().splitlines()) == 1, err
 
 
 @pytest.mark.parametrize("robot", list(SETS))
