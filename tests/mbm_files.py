@@ -6,6 +6,7 @@ import io
 import json
 import tarfile
 from collections.abc import Mapping, Sequence
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -57,15 +58,19 @@ def request(start: Sequence[float], goal: Sequence[float], grip: float = 0.05) -
 
 
 def write(
-    folder: Path, problems: Mapping[str, Sequence[tuple[dict[str, Any], dict[str, Any]]]]
+    folder: Path,
+    problems: Mapping[str, Sequence[tuple[dict[str, Any], dict[str, Any]]]],
+    first: int = 1,
 ) -> None:
-    """The files of a robot into the folder of its name: pairs of scene and request, by set."""
+    """The files of a robot into the folder of its name: pairs of scene and request, by set. The
+    number of the first may be another, and every second is left out then."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{folder.name}.urdf").write_text(URDF)
     (folder / f"{folder.name}.srdf").write_text(SRDF)
     with tarfile.open(folder / "problems.tar.bz2", "w:bz2") as archive:
         for name, pairs in problems.items():
-            for number, (scene, request) in enumerate(pairs, start=1):
+            step = 1 if first == 1 else 2
+            for number, (scene, request) in zip(count(first, step), pairs, strict=False):
                 for kind, content in (("scene", scene), ("request", request)):
                     text = json.dumps(content).encode()  # which is YAML
                     member = tarfile.TarInfo(f"problems/{name}/{kind}{number:04d}.yaml")

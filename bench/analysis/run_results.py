@@ -18,7 +18,7 @@ from bench.analysis import claims, timing
 from bench.analysis.summary import common_problems, faults, left_out_of_common, summarise
 from bench.judging.metric import Metric
 from bench.judging.metrics import known_metrics
-from bench.judging.problem_facts import BLOCKED
+from bench.judging.problem_facts import BLOCKED, FREE
 from bench.storage.store import StoredRecords
 from envs import InputError
 
@@ -175,7 +175,7 @@ class RunResults:
             letters.get((fingerprint, seed), "")[problem : problem + 1]
             for fingerprint, seed, problem in places.itertuples(index=False)
         ]
-        known = [None if not letter else letter == BLOCKED for letter in told]
+        known = [letter == BLOCKED if letter in (BLOCKED, FREE) else None for letter in told]
         blocked = pd.Series(known, index=self.records.index, dtype=object)
         whole: pd.DataFrame = self.records.assign(blocked=blocked)
         return whole

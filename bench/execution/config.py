@@ -17,7 +17,7 @@ from bench.execution.planner_queries import World
 from bench.execution.problem_choice import ProblemChoice, check_range
 from bench.execution.stop_rule import PAPER, StopRule, paper_rule
 from bench.judging.metrics import REGISTERED
-from bench.judging.problem_facts import ProblemFacts, problem_facts, share_blocked
+from bench.judging.problem_facts import UNKNOWN, ProblemFacts, problem_facts, share_blocked
 from bench.storage.problem_file import GivenProblems
 from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
@@ -124,11 +124,15 @@ class RunConfig:
         its straight line is blocked, and which ends are invalid."""
         facts = problem_set.facts
         blocked = {"share_of_straight_lines_blocked": share_blocked(facts.straight_lines)}
+        letters = dict(
+            zip((p.index for p in problem_set.problems), facts.straight_lines, strict=True)
+        )
         count = 0 if self.choice.given else len(problem_set.problems)
         drawn = problem_set.env.problem_statistics(count, self.seed) if count else {}
         return {
             "census": blocked | drawn,
-            "straight_lines": facts.straight_lines,
+            # Lists of problems may leave numbers out.
+            "straight_lines": "".join(letters.get(n, UNKNOWN) for n in range(problem_set.end)),
             "invalid_ends": [end.data() for end in facts.invalid_ends],
         }
 

@@ -15,7 +15,7 @@ from envs import Environment, Problem
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
 
-BLOCKED, FREE = "B", "F"
+BLOCKED, FREE, UNKNOWN = "B", "F", "-"
 """A letter each, of straight lines, as runs note them."""
 
 _NAMED = 3

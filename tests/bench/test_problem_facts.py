@@ -194,6 +194,27 @@ def test_environments_have_problems_of_their_own_number(bench: Cli, tmp_path: Pa
     assert "5 of mbm-panda-box, 50 of box problems" in run.results.caption
 
 
+@pytest.mark.usefixtures("in_process_workers")
+def test_lists_may_leave_numbers_out(boxes: Environment, bench: Cli, tmp_path: Path) -> None:
+    """Problems have the numbers of their requests less one: here 2, 4, 6, 8 and 10."""
+    assert boxes.problem_count == len(PAIRS)
+    made.write(tmp_path / "data" / "mbm" / "panda", {"box_panda": PAIRS}, first=3)
+    run = ("run", "--env", "mbm-panda-box", "--planners", "straight-line,rrtconnect")
+    out = tmp_path / "run"
+    assert bench(*run, "--stop", "first", "--time-limit", 1, "--out", out)[0] == 0
+    rows = records_of(out)
+    straight = rows[rows["planner"] == "straight-line"].set_index("problem")
+    assert straight.index.tolist() == [2, 4, 6, 8, 10]
+    assert straight.loc[[4, 6], "outcome"].tolist() == ["INVALID_PROBLEM"] * 2
+    summary = pd.read_csv(out / "summary.csv").set_index("planner").loc["straight-line"]
+    blocked = (straight["outcome"] != "VALID").sum() - 2
+    assert (summary["blocked_attempted"], summary["blocked_solved"]) == (blocked, 0)
+    told = bench("replay", out, "--planner", "rrtconnect", "--problem", 10)
+    assert told[0] == 0, told
+    assert bench("report", out, "--format", "html")[0] == 0
+    assert bench(*run[:3], "--planners", "straight-line", "--problems", 6)[0] == 2
+
+
 def test_a_planner_of_invalid_problems_alone_has_no_rate() -> None:
     row = {"status": "INVALID_PROBLEM", "error": "goal: somewhere"}
     assert why_not_attempted(pd.DataFrame([row, {"status": "TIMEOUT", "error": ""}])) is None

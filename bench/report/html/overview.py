@@ -119,6 +119,7 @@ def best_by(records: pd.DataFrame, limit_s: float) -> Curve | None:
 
 _SORTED_BY = {
     "problems": "problems",
+    formatting.INVALID: "invalid_problems",
     "n": "problems",
     "success %": "success_rate",
     "setup s": "setup_s",
