@@ -92,6 +92,13 @@ _device = click.option(
 )
 
 
+_env = click.option(
+    "--env",
+    required=True,
+    metavar="ENV",
+    shell_complete=_ENVS,
+    help="an environment, as in c3d:scene=3",
+)
 _problem_file = _file(
     "--problem-file",
     metavar="FILE",
@@ -163,13 +170,7 @@ def run() -> None:
 
 
 @_command("train", "commands:train", "train a learned planner for an environment")
-@click.option(
-    "--env",
-    required=True,
-    metavar="ENV",
-    shell_complete=_ENVS,
-    help="an environment, as in c3d:scene=3",
-)
+@_env
 @click.option("--planner", required=True, metavar="P", help="a learned planner, as in ntfields")
 @click.option(
     "--minutes", type=float, metavar="M", help="how long (default: the planner's own steps)"
@@ -336,13 +337,7 @@ def list_() -> None:
 
 
 @_command("judge", "commands:judge", "judge paths of a file")
-@click.option(
-    "--env",
-    required=True,
-    metavar="ENV",
-    shell_complete=_ENVS,
-    help="an environment, as in c3d:scene=3",
-)
+@_env
 @_file(
     "--paths",
     metavar="FILE",

@@ -19,6 +19,7 @@ from bench.execution.worker_process import SetUp
 from bench.storage.record import Fault
 from envs import Environment, InputError
 from envs.errors import input_error_of
+from envs.files.paths import cache_folder
 from envs.registry import Entry
 from envs.seeding import TEST_SEEDS
 from planners import Planner
@@ -173,7 +174,7 @@ def _destination(planner: LearnedPlanner, env: Environment, out: Path | None) ->
 
 def _checkpoint(name: str, env: Environment, how: str) -> Path:
     """A file that no training in another way shares."""
-    folder = weight_files.cache_folder() / "training"
+    folder = cache_folder() / "training"
     digest = hashlib.sha256(how.encode()).hexdigest()[:12]
     with input_error_of(f"cannot keep checkpoints in {folder}"):
         folder.mkdir(parents=True, exist_ok=True)

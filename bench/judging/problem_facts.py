@@ -77,17 +77,14 @@ def problem_facts(env: Environment, problems: Sequence[Problem]) -> ProblemFacts
         is_free = any(model.segment_is_free(problem.start, goal) for goal in goals)
         letters.append(FREE if is_free else BLOCKED)
         ends += refused
-        solvable.append(_with_goals(problem, goals) if refused and len(goals) else problem)
+        changed = bool(refused) and len(goals) > 0
+        solvable.append(replace(problem, goal=goals[0], goals=goals) if changed else problem)
     return ProblemFacts("".join(letters), tuple(ends), invalid, tuple(solvable))
 
 
 def _goals_but(problem: Problem, refused: Sequence[str]) -> Array:
     """The goals (g, d) that are not refused."""
     return problem.all_goals[[name not in refused for name in _goal_names(problem)]]
-
-
-def _with_goals(problem: Problem, goals: Array) -> Problem:
-    return replace(problem, goal=goals[0], goals=goals)
 
 
 def _goal_names(problem: Problem) -> list[str]:

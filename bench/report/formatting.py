@@ -206,6 +206,15 @@ def number(value: float, digits: int) -> str:
     return NONE if pd.isna(value) else f"{value:.{digits}f}"
 
 
+_PLOTTED_DIGITS = 5
+"""That can be told apart in a plot."""
+
+
+def plotted(value: float) -> float | None:
+    """A number as plots are given it, None for what is infinite or none."""
+    return float(f"{value:.{_PLOTTED_DIGITS}g}") if math.isfinite(value) else None
+
+
 def duration(seconds: float) -> str:
     """Seconds in the unit that suits them: s, min, h or d."""
     if math.isnan(seconds):

@@ -6,7 +6,6 @@ import logging
 from collections.abc import Mapping
 from pathlib import Path
 
-import platformdirs
 import pooch
 from tqdm.auto import tqdm
 
@@ -14,11 +13,6 @@ from envs.errors import InputError
 
 _LEAST_SHOWN = 2
 """Files of which a bar shows how many have come."""
-
-
-def cache_folder() -> Path:
-    """Where what is fetched is kept."""
-    return platformdirs.user_cache_path("plannerbench")
 
 
 def fetch(folder: Path, url: str, digests: Mapping[str, str], instead: str) -> None:

@@ -7,7 +7,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import platformdirs
+
 from envs.errors import InputError
+
+
+def cache_folder() -> Path:
+    """Where what is fetched, unpacked or trained is kept: the user's cache;
+    `XDG_CACHE_HOME` is honoured."""
+    return platformdirs.user_cache_path("plannerbench")
 
 
 def exists(look: Callable[[], bool]) -> bool:

@@ -11,8 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from envs.errors import InputError, UnknownNameError, input_error_of
-from envs.files.fetched import cache_folder
-from envs.files.paths import atomic_write
+from envs.files.paths import atomic_write, cache_folder
 
 _MEMBER = re.compile(r"problems/(?P<set>\w+)/(?P<kind>scene|request)(?P<number>\d{4})\.yaml")
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from envs.files.fetched import cache_folder, fetch
+from envs.files.fetched import fetch
 from envs.files.mesh_file import read_mesh
+from envs.files.paths import cache_folder
 from envs.scenes.mesh_world import MeshWorld
 
 URL = (

@@ -13,13 +13,14 @@ import numpy as np
 
 from envs.environment import Environment
 from envs.errors import InputError, suggestion
-from envs.files.fetched import cache_folder, fetch
+from envs.files.fetched import fetch
 from envs.files.moveit_scene import (
     MotionRequest,
     PlanningScene,
     read_motion_request,
     read_planning_scene,
 )
+from envs.files.paths import cache_folder
 from envs.files.problem_archive import ProblemFiles, read_problem_files
 from envs.problem import Array, Problem
 from envs.robots.arm import Arm
@@ -53,10 +54,9 @@ class MotionBenchMaker(ArmWorld):
     Benchmark Motion Planning Datasets", IEEE RA-L 7(2), 2022), or one of its scenes.
 
     The problems of a set are those of its requests, whatever the seed, which the planners' own are
-    drawn by: the problem with index k is
-    that of request k + 1. Each lives in the scene of that number: the
-    robot, with its own allowed collisions and the scene's, among boxes and cylinders. Joints of
-    no planning group stand as in the first request.
+    drawn by: the problem with index k is that of request k + 1. Each lives in the scene of that
+    number: the robot, with its own allowed collisions and the scene's, among boxes and cylinders.
+    Joints of no planning group stand as in the first request.
 
     Args:
         robot: "panda", "ur5", "fetch" or "baxter".

@@ -14,14 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import platformdirs
 import safetensors.numpy
 from numpy.typing import NDArray
 from safetensors import SafetensorError
 
 from envs import InputError
 from envs.errors import brief, input_error_of
-from envs.files.paths import atomic_write
+from envs.files.paths import atomic_write, cache_folder
 
 FORMAT = 1
 _MOST_BYTES = 64 * 2**20  # of weights; those of this project have under two MB
@@ -74,11 +73,6 @@ class Manifest:
     machine: Mapping[str, Any] = field(default_factory=dict)
     sha256: str = ""
     format: int = FORMAT
-
-
-def cache_folder() -> Path:
-    """Where what is made for this user is kept; `XDG_CACHE_HOME` is honoured."""
-    return Path(platformdirs.user_cache_dir("plannerbench"))
 
 
 def file_name(planner: str, domain: str) -> str:

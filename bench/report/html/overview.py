@@ -25,8 +25,6 @@ from bench.report.html.sweeps import sweep_charts
 from bench.storage.record import Verdict
 from envs.problem import Array
 
-_DIGITS = 5  # that can be told apart in a plot
-
 
 def overview_data(
     problem_set: ProblemSetResults, numbers: dict[str, int], metrics: Sequence[Metric]
@@ -77,11 +75,7 @@ def _values(records: pd.DataFrame, column: str) -> Curve | None:
 
 def _listed(curve: Curve) -> dict[str, list[float | None]]:
     """Arrays as lists, with None for what is infinite."""
-    return {name: [_short(value) for value in values] for name, values in curve.items()}
-
-
-def _short(value: float) -> float | None:
-    return float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None
+    return {name: [formatting.plotted(value) for value in values] for name, values in curve.items()}
 
 
 Curve = dict[str, Array]

@@ -12,10 +12,9 @@ from bench.analysis.statistics import clustered_wilson_interval
 from bench.analysis.summary import attempted_records
 from bench.analysis.sweeps import Sweep, sweeps
 from bench.judging.metric import Metric
+from bench.report.formatting import plotted
 from bench.report.html.problems import ProblemSetResults
 from bench.storage.record import Verdict
-
-_DIGITS = 5
 
 
 def sweep_charts(
@@ -71,7 +70,7 @@ def _success(rows: pd.DataFrame) -> Spread:
         return None, None, None
     solved = (rows["outcome"] == Verdict.VALID.value).groupby(rows["problem"])
     low, high = clustered_wilson_interval(solved.sum(), solved.count())
-    return _short(low), _short(float(solved.sum().sum() / len(rows))), _short(high)
+    return plotted(low), plotted(float(solved.sum().sum() / len(rows))), plotted(high)
 
 
 def _quartiles(rows: pd.DataFrame, column: str) -> Spread:
@@ -80,8 +79,4 @@ def _quartiles(rows: pd.DataFrame, column: str) -> Spread:
     if not len(values):
         return None, None, None
     low, middle, high = np.percentile(values, [25, 50, 75]).tolist()
-    return _short(low), _short(middle), _short(high)
-
-
-def _short(value: float) -> float:
-    return float(f"{value:.{_DIGITS}g}")
+    return plotted(low), plotted(middle), plotted(high)
