@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import compress, pairwise, starmap
+from typing import Protocol
 from weakref import WeakKeyDictionary
 
 import fcl
@@ -28,10 +29,28 @@ from envs.spaces import Space
 
 Allowed = Callable[[Array], NDArray[np.bool_]]
 
-Prover = Callable[[Array, Array, float, float], tuple[float, bool]]
-"""(a, b, asked, kept) -> a place t on the motion at which no more than `asked` is known to be free,
-or -1 where more than `kept`, which is less, is proved of all of the motion; and whether it is known
-as well that nothing is within another there."""
+
+class Prover(Protocol):
+    """Quick proofs about a robot among obstacles."""
+
+    def prove(self, a: Array, b: Array, asked: float, kept: float) -> tuple[float, bool]:
+        """What is proved of the motion between configurations a and b (d,).
+
+        Args:
+            asked, kept: clearances in workspace units, the former the more.
+
+        Returns:
+            A place t in [0, 1] of the motion at which the clearance is not more than `asked`, as
+            far as lower bounds of it tell, or -1 if it is proved to be more than `kept` all along.
+            And whether something surely touches there.
+        """
+        ...
+
+    def nothing_within(self, q: Array) -> bool:
+        """Whether it is known that nothing is within another at a configuration (d,) where nothing
+        is touched."""
+        ...
+
 
 _NEAR = 5e-3
 """Distances of our own up to this, in workspace units, count only if FCL finds no contact."""
@@ -59,8 +78,7 @@ class CollisionModel:
             between obstacles' surfaces. None for everywhere.
         allowed_apart: whether nothing but insides are not `allowed`: what is known not to be within
             anything is where it may be, and is not asked of `allowed`.
-        prover: quick proofs of motions; what it does not decide is asked of this model. None for no
-            such proofs.
+        prover: quick proofs, which decide about motions; None for none, so that they are searched.
         space: whose shortest ways motions are; by default straight lines of the numbers. The
             robot's `motion_bound` is of the same.
         may_touch: (moving, obstacles) of bool, which of the robot's shapes may touch which
@@ -150,18 +168,10 @@ class CollisionModel:
     def segment_is_free(self, a: Array, b: Array) -> bool:
         """Whether the motion between configurations a and b (d,) is proved free.
 
-        See `continuous.segment_is_free`, to `self.tolerance`. What is proved, or refuted, with as
-        much in hand as that leaves open, is not searched again.
+        See `continuous.segment_is_free`, to `self.tolerance`.
         """
         if self._prover is not None:
-            place, known = self._prover(a, b, 2 * self.tolerance, self.tolerance)
-            if place < 0:  # so no search would find less than the tolerance, and insides stay so
-                return self._on_the_right_side(a, known)
-            if self.clearance(self._between(a, b, place), self.tolerance) <= self.tolerance / 2:
-                return False
-            if len(self._pairs):  # near each other wherever it moves: one bound of all is too much
-                place, known = self._prover(a, b, self.tolerance, self.tolerance / 2)
-                return place < 0 and self._on_the_right_side(a, known)
+            return self.stays_free(a, b) and self._is_where_it_may_be(a)
         bound = self.robot.motion_bound(a, b)
         # More than proves all of the motion at once, and than the tolerance.
         enough = bound + 2 * self.tolerance
@@ -170,6 +180,33 @@ class CollisionModel:
             return self.clearance(q, enough)
 
         return continuous.segment_is_free(clearance, a, b, bound, self.tolerance, self._between)
+
+    def stays_free(self, a: Array, b: Array) -> bool:
+        """As `segment_is_free`, of a motion one end of which is known to be valid: where nothing is
+        touched, all of it is where it may be if that is."""
+        if self._prover is None:
+            return self.segment_is_free(a, b)
+        self.checks += 1
+        return self._prover.prove(a, b, self.tolerance, self.tolerance / 2)[0] < 0
+
+    def may_plan_at(self, q: Array) -> bool:
+        """As `is_valid`, for planners: by proofs alone where these tell."""
+        if self._prover is None:
+            return self.is_valid(q)
+        place, touches = self._prover.prove(q, q, self.tolerance, self.tolerance / 2)
+        if touches or place >= 0:
+            return not touches and self.is_valid(q)
+        self.checks += 1
+        return self._is_where_it_may_be(q)
+
+    def keeps(self, q: Array, margin: float) -> bool:
+        """Whether the robot is valid at a configuration (d,) and is proved to keep more than a
+        margin there, in workspace units: False may mean that it keeps a little more."""
+        if self._prover is None:
+            return self.clearance(q) > margin
+        self.checks += 1
+        place, _ = self._prover.prove(q, q, margin + self.tolerance / 4, margin)
+        return place < 0 and self._is_where_it_may_be(q)
 
     def min_clearance(self, waypoints: Array, most_queries: float = np.inf) -> float:
         """The least clearance along a path of waypoints (k, d), to within `self.tolerance`.
@@ -194,7 +231,7 @@ class CollisionModel:
         """A place t on a motion where the clearance may be about a level, -1 if it is proved to be
         more all along."""
         assert self._prover is not None
-        return self._prover(a, b, level + self.tolerance / 4, level)[0]
+        return self._prover.prove(a, b, level + self.tolerance / 4, level)[0]
 
     def first_contact(self, waypoints: Array, most_steps: int = ENOUGH_STEPS) -> Place:
         """The first place of a path of waypoints (k, d) that is not proved free, to
@@ -266,6 +303,14 @@ class CollisionModel:
         if self._allowed is None or (known and self._allowed_apart):
             return True
         return bool(self._allowed(q[None])[0])
+
+    def _is_where_it_may_be(self, q: Array) -> bool:
+        """As `_on_the_right_side`, where only proofs were asked."""
+        if self._allowed is None:
+            return True
+        assert self._prover is not None
+        known = self._allowed_apart and self._prover.nothing_within(q)
+        return self._on_the_right_side(q, known)
 
     def _place(self, q: Array) -> None:
         """Takes the robot to a configuration; its shapes follow when they are asked for."""

@@ -94,7 +94,7 @@ def separated(
     # A ball is asked of the surface at once, which takes no longer.
     hulls = 0.0
     if row[16] != POINT and other[16] != POINT:
-        hulls = hull_distance(row, _corners(a, i), other, _corners(b, j), most)
+        hulls = hull_distance(row, corners(a, i), other, corners(b, j), most)
         exact = (a.roots[i] < 0 or a.are_hulls[i]) and (b.roots[j] < 0 or b.are_hulls[j])
         if hulls > 0.0 and (exact or hulls >= most):
             return hulls, True
@@ -103,7 +103,7 @@ def separated(
 
 
 @njit_cached
-def _corners(shapes: Any, number: int) -> Any:
+def corners(shapes: Any, number: int) -> Any:
     """Of the hull of a shape, see `Shapes`."""
     return shapes.corners[shapes.first_corners[number] : shapes.first_corners[number + 1]]
 

@@ -292,6 +292,32 @@ def body_poses(tree: Any, q: Any, poses: Any) -> None:
 
 
 @njit_hot
+def body_motions(tree: Any, q: Any, speeds: Any, poses: Any, shifts: Any, spins: Any) -> None:
+    """Writes the poses (1 + m, 3, 4) of the bodies at a configuration (d,), the velocities
+    (1 + m, 3) of their origins, and their angular velocities (1 + m, 3), while joints, none of them
+    spherical, change by speeds (m,)."""
+    body_poses(tree, q, poses)
+    shifts[0] = 0.0
+    spins[0] = 0.0
+    for joint in range(len(tree.parents)):
+        body, parent = joint + 1, tree.parents[joint]
+        pose, axis, speed = poses[body], tree.axes[joint], speeds[joint]
+        here, there, spin = poses[parent], pose, spins[parent]
+        x, y, z = there[0, 3] - here[0, 3], there[1, 3] - here[1, 3], there[2, 3] - here[2, 3]
+        u, v, w = spin[0], spin[1], spin[2]
+        shifts[body, 0] = shifts[parent, 0] + v * z - w * y
+        shifts[body, 1] = shifts[parent, 1] + w * x - u * z
+        shifts[body, 2] = shifts[parent, 2] + u * y - v * x
+        for i in range(3):
+            along = speed * (pose[i, 0] * axis[0] + pose[i, 1] * axis[1] + pose[i, 2] * axis[2])
+            spins[body, i] = spins[parent, i]
+            if tree.prismatic[joint]:
+                shifts[body, i] += along
+            else:
+                spins[body, i] += along
+
+
+@njit_hot
 def joint_value(tree: Any, joint: int, q: Any) -> float:
     """Of a joint at a configuration (d,)."""
     value: float = tree.ratios[joint] * q[tree.coordinates[joint]] + tree.offsets[joint]

@@ -1,9 +1,13 @@
-"""Proofs that motions of arms are free, by the distances of their links, compiled.
+"""Proofs that motions of arms are free, compiled: by spheres where these tell, else by distances.
 
-As `envs.collision.continuous.segment_is_free`, but with a bound for each part: those near the base
-move little, and may be near obstacles; and one for each pair of parts: links of a wrist are near
-each other wherever it moves them. Distances are those of `CollisionModel`, never above the truth,
-or of the hulls of meshes where these are far enough apart.
+As `envs.collision.continuous.segment_is_free`, but each part of the arm, and each pair of its
+parts, is covered by shares of the motion of its own: those near the base move little, and may be
+near obstacles; links of a wrist are near each other wherever it moves them. See `sphere_proofs` for
+what is proved of a share at its middle; what is not is halved.
+
+The acceleration of a point x is bounded from the joints before it, of which joint i turns by w_i:
+d^2 x / dq_i dq_j = a_i x (a_j x (x - o_j)), j being farther out, is no longer than x is off the
+axis of j, so that B = sum_j w_j (w_j + 2 sum_(i < j) w_i) reach_j.
 """
 
 from __future__ import annotations
@@ -12,65 +16,167 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.continuous import compiled_is_covered
 from envs.collision.separation import are_beyond, is_allowed, separated
-from envs.compiled import njit_cached
-from envs.robots.arm import motion_bounds
-from envs.robots.arm_clearance import moved_rows, share_of_pairs, within_reach
-from envs.robots.kinematic_tree import body_poses
+from envs.compiled import njit_cached, njit_hot
+from envs.robots.arm_clearance import apart, moved_rows
+from envs.robots.kinematic_tree import body_motions, body_poses
+from envs.robots.pair_tables import place_in_tables
+from envs.robots.sphere_proofs import (
+    OPEN,
+    REFUTED,
+    STACK,
+    TOUCHING,
+    pair_by_distance,
+    pair_by_spheres,
+    part_by_distances,
+    part_by_spheres,
+)
+
+_DEEPEST = 40
+"""Halvings after which a motion is taken to be blocked: what is left is shorter than numbers
+tell."""
 
 
 @njit_cached
 def prove(
-    arm: Any, around: Any, may_touch: Any, a: Any, b: Any, asked: float, kept: float
+    arm: Any,
+    trees: Any,
+    tables: Any,
+    around: Any,
+    may_touch: Any,
+    a: Any,
+    b: Any,
+    asked: float,
+    kept: float,
 ) -> tuple[float, bool]:
     """A place t of the straight motion from a to b (d,) at which an arm is not known to be more
     than `asked` from obstacles and itself, or -1 if it is proved to keep more than `kept` all
-    along. And whether it is known that nothing is within another; where nothing is touched that
-    does not change.
+    along. And whether something surely touches at that place.
+
+    Whether something is within another is not asked: where nothing is touched, that does not
+    change along a motion; see `nothing_within`.
 
     Args:
+        arm: `RobotArrays`, whose pairs of parts are those without tables.
+        trees: `SphereTrees` of its parts.
+        tables: `PairTables` of the other pairs.
         around: the obstacles, `Shapes`.
         may_touch: which parts may touch which of them, see `contacts_array`.
-        asked, kept: in workspace units, the former more than the latter. The proof takes the
-            longer, the less they differ.
+        asked, kept: in workspace units, the former more than the latter.
     """
-    bounds, nearing = np.empty(arm.moving), np.empty(len(arm.branches))
-    motion_bounds(arm, a, b, bounds, nearing)
-    place, known = np.full(1, -1.0), np.zeros(1, dtype=np.bool_)
-    motion = (arm, around, may_touch, a, b, asked, kept, bounds, nearing, place, known)
-    compiled_is_covered(_share_proved, motion, 1.0)
-    return place[0], known[0]
+    tree, parts = arm.tree, arm.moving
+    items = parts + len(arm.branches)
+    speeds, bends, moves = np.empty(len(tree.parents)), np.zeros(items), np.zeros(items)
+    for joint in range(len(speeds)):
+        k = tree.coordinates[joint]
+        speeds[joint] = tree.ratios[joint] * (b[k] - a[k])
+    _bound(arm, trees, speeds, bends, moves)
+    count = 1 + len(speeds)
+    bodies = (np.empty((count, 3, 4)), np.empty((count, 3)), np.empty((count, 3)))
+    near, stack = np.empty(len(around.rows), dtype=np.int64), np.empty(STACK, dtype=np.int64)
+    shares, waiting = np.zeros(items, dtype=np.int64), np.empty(items, dtype=np.int64)
+    for n in range(items):  # those farther out first: what moves most touches first
+        waiting[n] = parts - 1 - n if n < parts else n
+    left = np.empty(items, dtype=np.int64)
+    width = 1.0
+    for _ in range(_DEEPEST):
+        next_shares, next_waiting = np.empty(2 * items, np.int64), np.empty(2 * items, np.int64)
+        n = following = 0
+        while n < items:
+            share, half = shares[n], width / 2
+            t, unproved = (share + 0.5) * width, 0
+            body_motions(tree, a + t * (b - a), speeds, bodies[0], bodies[1], bodies[2])
+            while n < items and shares[n] == share:
+                item, place = waiting[n], 0.5
+                measures = (half, bends[item] * half * half / 2, moves[item] * half, asked, kept)
+                n += 1
+                if item < parts:
+                    known, asks = part_by_spheres(
+                        arm, trees, around, may_touch, item, bodies, measures, near
+                    )
+                    if asks > 0:
+                        some = near[:asks]
+                        known = part_by_distances(arm, around, item, known, bodies, measures, some)
+                else:
+                    pair = arm.branches[item - parts]
+                    known = pair_by_spheres(arm, trees, pair, bodies, measures, stack)
+                    if known == REFUTED:
+                        low, high = a + (t - half) * (b - a), a + (t + half) * (b - a)
+                        known, place = pair_by_distance(arm, pair, low, high, bodies, measures)
+                if known >= REFUTED:
+                    return t + (2 * place - 1) * half, known == TOUCHING
+                if known == OPEN:
+                    left[unproved] = item
+                    unproved += 1
+            for child in range(2 * share, 2 * share + 2):
+                for k in range(unproved):
+                    next_shares[following], next_waiting[following] = child, left[k]
+                    following += 1
+        if following == 0:
+            return place_in_tables(arm, tables, a, b, asked, kept), False
+        shares, waiting, items, width = next_shares, next_waiting, following, width / 2
+    return shares[0] * width, False
 
 
 @njit_cached
-def _share_proved(motion: Any, t: float) -> float:
-    """How much of a motion about t is proved to keep more than `kept`, or -1 where less than what
-    is asked is known, which is then the place that is told."""
-    arm, around, may_touch, a, b, asked, kept, bounds, nearing, place, known = motion
-    bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
-    body_poses(arm.tree, a + t * (b - a), bodies)
-    rows, still = moved_rows(arm, bodies), np.eye(3, 4)
-    share, is_known = 1.0, True  # all of the motion, from wherever on it
-    for part in range(arm.moving - 1, -1, -1):
-        # Farther away than this, it does not lessen the share.
-        enough = max(share * bounds[part] + kept, 2 * asked - kept)
-        least, pose = enough, bodies[arm.bodies[part]]
+def nothing_within(arm: Any, around: Any, may_touch: Any, q: Any) -> bool:
+    """Whether it is known that at a configuration (d,) where nothing is touched, nothing is within
+    another: that hulls tell. Of solids that are no meshes it always is."""
+    bodies, still = np.empty((1 + len(arm.tree.parents), 3, 4)), np.eye(3, 4)
+    body_poses(arm.tree, q, bodies)
+    rows = moved_rows(arm, bodies)
+    for part in range(arm.moving):
+        pose = bodies[arm.bodies[part]]
         for j in range(len(around.rows)):
-            if is_allowed(may_touch, part, j) or are_beyond(rows[part], around.rows[j], least):
+            if arm.shapes.roots[part] < 0 and around.roots[j] < 0:
                 continue
-            near = within_reach(arm.shapes, part, around, j, least)
-            found, outside = separated(
-                arm.shapes, part, rows[part], pose, around, j, around.rows[j], still, near
-            )
-            least, is_known = min(least, found), is_known and outside
-        if least <= asked:
-            place[0] = t
-            return -1.0
-        if bounds[part] > 0:
-            share = min(share, (least - kept) / bounds[part])
-    share, outside = share_of_pairs(arm, bodies, rows, nearing, asked, kept, share)
-    if share < 0:
-        place[0] = t
-    known[0] = known[0] or (is_known and outside)
-    return share
+            if is_allowed(may_touch, part, j) or are_beyond(rows[part], around.rows[j], 0.0):
+                continue
+            other = around.rows[j]
+            if not separated(arm.shapes, part, rows[part], pose, around, j, other, still, 0.0)[1]:
+                return False
+    for n in range(len(arm.branches)):
+        part, other = arm.branches[n, 0], arm.branches[n, 1]
+        if arm.shapes.roots[part] >= 0 or arm.shapes.roots[other] >= 0:  # noqa: SIM102
+            if not apart(arm, bodies, rows, part, other, 0.0)[1]:
+                return False
+    return True
+
+
+@njit_hot
+def _bound(arm: Any, trees: Any, speeds: Any, bends: Any, moves: Any) -> None:
+    """Writes bounds (moving + k,) on the acceleration and the speed of any point of each part, and
+    of the points of each pair of parts as seen from each other, per unit of t."""
+    for part in range(arm.moving):
+        _add_bounds(arm, trees, speeds, part, 0, part, bends, moves)
+    for n in range(len(arm.branches)):
+        item, branch = arm.moving + n, arm.branches[n, 2]
+        _add_bounds(arm, trees, speeds, arm.branches[n, 0], branch, item, bends, moves)
+        _add_bounds(arm, trees, speeds, arm.branches[n, 1], branch, item, bends, moves)
+
+
+@njit_hot
+def _add_bounds(
+    arm: Any, trees: Any, speeds: Any, part: int, branch: int, item: int, bends: Any, moves: Any
+) -> None:
+    """Adds those of a part as seen from a body that it is on."""
+    tree = arm.tree
+    before, body = 0.0, arm.bodies[part]  # how fast the joints up to one turn it together
+    while body != branch:
+        if not tree.prismatic[body - 1]:
+            before += abs(speeds[body - 1])
+        body = tree.parents[body - 1]
+    more = trees.beyond[part]  # than what `reach` is of
+    body = arm.bodies[part]
+    while body != branch:
+        joint = body - 1
+        speed = abs(speeds[joint])
+        body = tree.parents[joint]
+        if tree.prismatic[joint]:
+            moves[item] += speed
+            bends[item] += 2 * speed * before
+        else:
+            before -= speed
+            reach = arm.reach[joint, part] + more
+            moves[item] += speed * reach
+            bends[item] += speed * (speed + 2 * before) * reach

@@ -60,47 +60,68 @@ def motion_keeps_apart(arm: Any, pairs: Any, a: Any, b: Any, tolerance: float) -
     tolerance / 2 apart all along, False means that they are no more than the tolerance apart
     somewhere.
     """
-    for n in range(len(pairs)):
-        if not _keeps_apart(arm, pairs[n, 0], pairs[n, 1], pairs[n, 2], a, b, tolerance):
-            return False
-    return True
+    return bool(place_of_nearing(arm, pairs, a, b, tolerance, tolerance / 2) < 0)
 
 
 @njit_cached
-def _keeps_apart(
-    arm: Any, part: int, other: int, branch: int, a: Any, b: Any, tolerance: float
-) -> bool:
+def place_of_nearing(arm: Any, pairs: Any, a: Any, b: Any, asked: float, kept: float) -> float:
+    """A place t of the straight motion from a to b (d,) at which the parts of one of some pairs
+    (k, 3), each of which are meshes, are no more than `asked` apart, or -1 if all are proved to
+    keep more than `kept`, which is less, all along."""
+    for n in range(len(pairs)):
+        place = _place(arm, pairs[n, 0], pairs[n, 1], pairs[n, 2], a, b, asked, kept)
+        if place >= 0:
+            return place
+    return -1.0
+
+
+@njit_cached
+def _place(
+    arm: Any, part: int, other: int, branch: int, a: Any, b: Any, asked: float, kept: float
+) -> float:
     """Of one pair. Shares of the motion are asked breadth first, so that contact is found early."""
+    middles, halves = [0.5], [0.5]
+    done = 0
+    while done < len(middles):
+        middle, half = middles[done], halves[done]
+        done += 1
+        low, high = a + (middle - half) * (b - a), a + (middle + half) * (b - a)
+        apart, moves = nearing_between(arm, part, other, branch, low, high, kept)
+        if apart <= asked:
+            return float(middle)
+        if apart - kept > moves:
+            continue
+        # About as many as it takes there.
+        pieces = min(max(math.ceil(moves / (apart - kept)), 2), _PIECES)
+        for piece in range(pieces):
+            middles.append(middle + half * ((2 * piece + 1) / pieces - 1.0))
+            halves.append(half / pieces)
+    return -1.0
+
+
+@njit_cached
+def nearing_between(
+    arm: Any, part: int, other: int, branch: int, low: Any, high: Any, kept: float
+) -> tuple[float, float]:
+    """Of two parts that are meshes, in the middle of what lies between two configurations (d,), the
+    first pieces found that somewhere between may come as near as `kept`: how far apart they are,
+    and how far both move there at most; infinite and 0 if there are none.
+
+    Each number of a configuration may be anything between the two, whatever the others are.
+    """
     trees, roots, joints = arm.shapes.trees, arm.shapes.roots, len(arm.tree.parents)
     poses = np.empty((1 + joints, 3, 4))
     axes, other_axes = np.empty((joints, AXIS)), np.empty((joints, AXIS))
     here, there, between = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
-    middles, halves = [0.5], [0.5]
-    asked = 0
-    while asked < len(middles):
-        middle, half = middles[asked], halves[asked]
-        asked += 1
-        body_poses(arm.tree, a + middle * (b - a), poses)
-        compose(poses[arm.bodies[part]], arm.shapes.poses[part], there)
-        undo(there, here)
-        n = _axes_between(arm, poses, part, branch, here, half, a, b, axes)
-        compose(poses[arm.bodies[other]], arm.shapes.poses[other], there)
-        compose(here, there, between)
-        undo(there, here)
-        m = _axes_between(arm, poses, other, branch, here, half, a, b, other_axes)
-        apart, moves = first_within(
-            trees, roots[part], axes[:n], roots[other], other_axes[:m], between, tolerance / 2
-        )
-        if apart <= tolerance:
-            return False
-        if apart - tolerance / 2 > moves:
-            continue
-        # About as many as it takes there.
-        pieces = min(max(math.ceil(moves / (apart - tolerance / 2)), 2), _PIECES)
-        for piece in range(pieces):
-            middles.append(middle + half * ((2 * piece + 1) / pieces - 1.0))
-            halves.append(half / pieces)
-    return True
+    body_poses(arm.tree, (low + high) / 2, poses)
+    compose(poses[arm.bodies[part]], arm.shapes.poses[part], there)
+    undo(there, here)
+    n = _axes_between(arm, poses, part, branch, here, low, high, axes)
+    compose(poses[arm.bodies[other]], arm.shapes.poses[other], there)
+    compose(here, there, between)
+    undo(there, here)
+    m = _axes_between(arm, poses, other, branch, here, low, high, other_axes)
+    return first_within(trees, roots[part], axes[:n], roots[other], other_axes[:m], between, kept)
 
 
 @njit_hot
@@ -110,14 +131,13 @@ def _axes_between(
     part: int,
     branch: int,
     inverse: Any,
-    half: float,
-    a: Any,
-    b: Any,
+    low: Any,
+    high: Any,
     axes: Any,
 ) -> int:
     """Writes the axes of the joints from a part inward to a body, see `first_within`, and returns
     their number: in the frame of the part's mesh, of which `inverse` undoes the pose, with how much
-    they are moved in a share `half` of the motion."""
+    they are moved from the middle of two configurations (d,)."""
     tree, body, count = arm.tree, arm.bodies[part], 0
     while body != branch:
         joint, pose = body - 1, poses[body]
@@ -131,7 +151,7 @@ def _axes_between(
             row[i] = turn[0] * x + turn[1] * y + turn[2] * z + turn[3]
             row[3 + i] = turn[0] * u + turn[1] * v + turn[2] * w
         k = tree.coordinates[joint]
-        row[6] = half * abs(tree.ratios[joint] * (b[k] - a[k]))
+        row[6] = abs(tree.ratios[joint] * (high[k] - low[k])) / 2
         row[7] = 1.0 if tree.prismatic[joint] else 0.0
         body, count = tree.parents[joint], count + 1
     return count

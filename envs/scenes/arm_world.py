@@ -15,7 +15,6 @@ from envs import connection
 from envs.collision.fcl_model import Allowed, CollisionModel, Prover
 from envs.collision.mesh import Containment
 from envs.collision.part_scenes import PartScenes, part_scenes
-from envs.collision.separation import contacts_array, shapes_of
 from envs.collision.shapes import PlacedShape, rounded
 from envs.environment import Environment, LinkGeometry
 from envs.errors import InputError
@@ -24,7 +23,7 @@ from envs.robots import arm_clearance, rrt_connect, swept_pairs
 from envs.robots.allowed_collisions import FAR
 from envs.robots.arm import SLACK, Arm, RobotArrays
 from envs.robots.arm_crowding import causes
-from envs.robots.motion_proof import prove
+from envs.robots.arm_prover import ArmProver
 from envs.robots.tip_and_stand import stand
 from envs.seeding import derived_seed, stream
 from envs.spaces import Space
@@ -227,13 +226,7 @@ class ArmWorld(Environment):
 
     @property
     def prover(self) -> Prover:
-        around, may_touch = shapes_of(self.obstacles), contacts_array(self.may_touch)
-
-        def proved(a: Array, b: Array, asked: float, kept: float) -> tuple[float, bool]:
-            [(robot, (begin, end))] = self.robot.motions(np.array([a, b]))
-            return prove(robot, around, may_touch, begin, end, asked, kept)
-
-        return proved
+        return ArmProver(self.robot, self.obstacles, self.may_touch)
 
     @cached_property
     def kept(self) -> Array:

@@ -74,15 +74,16 @@ class Validity:
         self._progress.tick()
         q = self._values(state)
         if self._margin:
-            return self._model.clearance(q) > self._margin
-        return self._model.is_valid(q)
+            return self._model.keeps(q, self._margin)
+        return self._model.may_plan_at(q)
 
     def of_motion(self, a: Any, b: Any) -> bool:
-        """Whether the shortest motion between two states of OMPL's is proved free."""
+        """Whether the shortest motion between two states of OMPL's, one of which it has found to be
+        valid, is proved free."""
         self._progress.tick()
         if self._ends_iterations and perf_counter() > self._deadline:
             return False
-        return self._model.segment_is_free(self._values(a), self._values(b))
+        return self._model.stays_free(self._values(a), self._values(b))
 
 
 def _motion_validator(si: Any, validity: Validity) -> Any:

@@ -53,7 +53,7 @@ def test_what_is_proved_keeps_the_tolerance_everywhere(text: str) -> None:
     tolerance, exact = 2 * env.tolerance, fcl_only(env)
     proved = 0
     for a, b in motions(env, 60):
-        place, _ = env.prover(a, b, tolerance, tolerance / 2)
+        place, _ = env.prover.prove(a, b, tolerance, tolerance / 2)
         if place >= 0:
             assert exact.clearance(a + place * (b - a)) <= tolerance
             continue

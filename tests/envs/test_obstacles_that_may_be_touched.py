@@ -116,9 +116,9 @@ def test_motions_lead_through_what_may_be_touched_alone(link: str, obstacle: str
     for world, free in ((swinging(*solids, at_crate), True), (swinging(*solids), False)):
         model = world.collision_model()
         assert model.segment_is_free(a, b) == fcl_only(world).segment_is_free(a, b) == free
-        assert (world.prover(a, b, 1e-3, 5e-4)[0] < 0) == free
+        assert (world.prover.prove(a, b, 1e-3, 5e-4)[0] < 0) == free
         assert not model.segment_is_free(a, post)
-        assert world.prover(a, post, 1e-3, 5e-4)[0] >= 0
+        assert world.prover.prove(a, post, 1e-3, 5e-4)[0] >= 0
         paths = [np.array([a, b]), np.array([a, post])]
         assert world.paths_are_free(paths, 1e-3).tolist() == [free, False]
 

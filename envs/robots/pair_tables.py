@@ -1,0 +1,302 @@
+"""Tables of where links may be near each other, of pairs that one or two joints part, compiled.
+
+How such links lie to each other depends on these joints alone. So what they can be is parted into
+cells, and what is proved of a cell once, by `swept_pairs`, is known for every motion that comes
+through it. Cells are asked when a motion first comes there; what is not proved is parted further,
+once.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envs.compiled import njit_cached, njit_hot
+from envs.problem import Array
+from envs.robots.arm import Arm
+from envs.robots.swept_pairs import nearing_between, place_of_nearing
+
+_CELL = math.pi / 64
+"""The longest side of a cell, in radians, or in metres where a joint slides."""
+
+_MOST_CELLS = 1 << 18
+"""Of a pair; with more, cells are larger."""
+
+_FINER = 8
+"""Into how many along each axis a cell without a proof is parted; and so many of whole cells are
+asked together, before any is alone."""
+
+_MOST_PARTED = 4096
+"""Cells of all pairs that are parted; motions through others are asked for themselves."""
+
+_WIDER = 1e-9
+"""By how much of a cell what is proved of it goes beyond its sides, for rounding."""
+
+
+class PairTables(NamedTuple):
+    """Of k pairs of parts, each with two axes of cells; of one joint alone the second has one cell.
+
+    Attributes:
+        pairs: (k, 3) rows of `RobotArrays.branches`.
+        coordinates: (k, 2) which numbers of a configuration the axes are; -1 for none.
+        lower, width: (k, 2) where an axis begins, and the side of its cells.
+        counts: (k, 2) of cells along each.
+        wraps: (k, 2) whether an axis has no ends.
+        firsts: (k + 1,) where each pair's cells begin.
+        together: (n,) the least that was asked of cells together, at the first of them, without a
+            proof; infinite if none was.
+        parts: (n,) where the cells begin that a cell is parted into, -1 of those that are not.
+        used: (1,) where the next ones begin.
+        proved: (n + m,) what the two keep more than all over a cell, in metres, as far as it was
+            asked; negative where it was not. Those of parts come last.
+        open: (n + m,) the least that was asked of a cell without a proof; infinite if none was.
+    """
+
+    pairs: NDArray[np.int64]
+    coordinates: NDArray[np.int64]
+    lower: Array
+    width: Array
+    counts: NDArray[np.int64]
+    wraps: NDArray[np.bool_]
+    firsts: NDArray[np.int64]
+    together: Array
+    parts: NDArray[np.int64]
+    used: NDArray[np.int64]
+    proved: Array
+    open: Array
+
+
+def split(arm: Arm) -> tuple[NDArray[np.int64], PairTables]:
+    """The pairs of an arm, rows (k, 3) of `RobotArrays.branches`: those that have no tables, and
+    the tables of the others, which are meshes that one or two joints part."""
+    arrays = arm.arrays
+    roots, found, rest = arrays.shapes.roots, [], []
+    for pair in arrays.branches:
+        between = _between(arm, pair)
+        are_meshes = roots[pair[0]] >= 0 and roots[pair[1]] >= 0
+        if are_meshes and 1 <= len(between) <= 2:
+            found.append((pair, [*between, -1][:2]))
+        else:
+            rest.append(pair)
+    return np.array(rest, dtype=np.int64).reshape(-1, 3), _tables(arm, found)
+
+
+def _between(arm: Arm, pair: NDArray[np.int64]) -> list[int]:
+    """The numbers of a configuration that part two parts; none where a spherical joint does."""
+    tree, found = arm.arrays.tree, set()
+    for body in arm.arrays.bodies[pair[:2]].tolist():
+        while body != pair[2]:
+            joint = body - 1
+            if tree.spherical[joint]:
+                return []
+            found.add(int(tree.coordinates[joint]))
+            body = int(tree.parents[joint])
+    return sorted(found)
+
+
+def _tables(arm: Arm, pairs: list[tuple[NDArray[np.int64], list[int]]]) -> PairTables:
+    k = len(pairs)
+    coordinates = np.array([of for _, of in pairs], dtype=np.int64).reshape(k, 2)
+    lower, width = np.zeros((k, 2)), np.ones((k, 2))
+    counts, wraps = np.ones((k, 2), dtype=np.int64), np.zeros((k, 2), dtype=np.bool_)
+    for n in range(k):
+        axes = np.flatnonzero(coordinates[n] >= 0)
+        of = coordinates[n, axes]
+        low, high = arm.tree.lower[of], arm.tree.upper[of]
+        most = int(_MOST_CELLS ** (1 / len(axes)))
+        cells = np.clip(np.ceil((high - low) / _CELL), 1, most).astype(np.int64)
+        lower[n, axes], counts[n, axes] = low, cells
+        width[n, axes] = np.where(high > low, (high - low) / cells, 1.0)
+        wraps[n, axes] = arm.arrays.tree.wraps[of]
+    firsts = np.cumsum([0, *counts.prod(axis=1)])
+    rows = np.array([pair for pair, _ in pairs], dtype=np.int64).reshape(k, 3)
+    cells = int(firsts[-1])
+    many = cells + (_MOST_PARTED * _FINER**2 if k else 0)
+    none, used = np.full(cells, -1), np.array([cells])
+    proved, unproved = np.full(many, -1.0), np.full(many, np.inf)
+    axes = coordinates, lower, width, counts, wraps
+    together = np.full(cells, np.inf)
+    return PairTables(rows, *axes, firsts, together, none, used, proved, unproved)
+
+
+@njit_cached
+def place_in_tables(arm: Any, tables: Any, a: Any, b: Any, asked: float, kept: float) -> float:
+    """A place t of the straight motion from a to b (d,) at which the parts of one of the pairs are
+    no more than `asked` apart, or -1 if all are proved to keep more than `kept`, which is less, all
+    along."""
+    for n in range(len(tables.pairs)):
+        place = _place(arm, tables, n, a, b, asked, kept)
+        if place >= 0:
+            return place
+    return -1.0
+
+
+@njit_cached
+def _place(arm: Any, tables: Any, n: int, a: Any, b: Any, asked: float, kept: float) -> float:
+    """Of one pair: what is not proved of the cells along a stretch is asked of the stretch."""
+    x, dx = _along(tables, n, 0, a, b)
+    y, dy = _along(tables, n, 1, a, b)
+    swaps = abs(dy) > abs(dx)
+    if swaps:
+        x, dx, y, dy = y, dy, x, dx
+    for column in range(math.floor(min(x, x + dx)), math.floor(max(x, x + dx)) + 1):
+        begin, end = _stretch(x, dx, column, 1.0)
+        if _are_proved(arm, tables, n, swaps, column, 1, (y + begin * dy, y + end * dy), kept):
+            continue
+        for fine in range(_FINER * column, _FINER * (column + 1)):
+            begin, end = _stretch(x, dx, fine, 1.0 / _FINER)
+            rows = (y + begin * dy, y + end * dy)
+            if begin > end or _are_proved(arm, tables, n, swaps, fine, _FINER, rows, kept):
+                continue
+            there, beyond = a + begin * (b - a), a + end * (b - a)
+            pair = tables.pairs[n : n + 1]
+            place = place_of_nearing(arm, pair, there, beyond, asked, kept)
+            if place >= 0:
+                return begin + place * (end - begin)
+    return -1.0
+
+
+@njit_hot
+def _stretch(x: float, dx: float, column: int, width: float) -> tuple[float, float]:
+    """From where to where on a motion from x to x + dx it is in a column of cells; the first is
+    more than the second if nowhere."""
+    low, high = column * width, (column + 1) * width
+    if dx == 0.0:
+        return (0.0, 1.0) if low <= x <= high else (1.0, 0.0)
+    t, s = (low - x) / dx, (high - x) / dx
+    return max(min(t, s), 0.0), min(max(t, s), 1.0)
+
+
+@njit_cached
+def _are_proved(
+    arm: Any, tables: Any, n: int, swaps: bool, column: int, finer: int, rows: Any, kept: float
+) -> bool:
+    """Whether the cells in a column between two rows, in cells, are proved to keep more than
+    `kept`: those of cells that are parted into `finer` along each axis, or 1."""
+    low, high = min(rows[0], rows[1]) * finer, max(rows[0], rows[1]) * finer
+    row, last = math.floor(low - _WIDER), math.floor(high + _WIDER)
+    while True:
+        row = _first_unproved(tables, n, swaps, column, finer, row, last, kept)
+        if row > last:
+            return True
+        i, j = (row, column) if swaps else (column, row)
+        if not _is_proved(arm, tables, n, i, j, finer, kept):
+            return False
+        row += 1
+
+
+@njit_hot
+def _first_unproved(
+    tables: Any, n: int, swaps: bool, column: int, finer: int, row: int, last: int, kept: float
+) -> int:
+    """The first of some rows in a column whose cell is not known to keep more than `kept`; one more
+    than the last if there is none."""
+    while row <= last:
+        i, j = (row, column) if swaps else (column, row)
+        cell = _number(tables, n, i // finer, j // finer)
+        if cell < 0:
+            return row
+        if kept > tables.proved[cell]:
+            part = tables.parts[cell]
+            if finer == 1 or part < 0:
+                return row
+            if kept > tables.proved[part + (i % finer) * finer + j % finer]:
+                return row
+        row += 1
+    return row
+
+
+@njit_hot
+def _along(tables: Any, n: int, axis: int, a: Any, b: Any) -> tuple[float, float]:
+    """Where a motion begins on an axis, and how far it goes, in cells."""
+    k = tables.coordinates[n, axis]
+    if k < 0:
+        return 0.5, 0.0
+    width = tables.width[n, axis]
+    return (a[k] - tables.lower[n, axis]) / width, (b[k] - a[k]) / width
+
+
+@njit_hot
+def _cell(tables: Any, n: int, axis: int, number: int) -> int:
+    """The number of a cell on an axis, where it wraps; -1 where there is none: at an end the last
+    one is meant."""
+    count = tables.counts[n, axis]
+    if tables.wraps[n, axis]:
+        return int(number % count)
+    if number == count or number == -1:
+        return int(min(max(number, 0), count - 1))
+    return number if 0 <= number < count else -1
+
+
+@njit_hot
+def _number(tables: Any, n: int, i: int, j: int) -> int:
+    """That of a cell of a pair; -1 where there is none."""
+    i, j = _cell(tables, n, 0, i), _cell(tables, n, 1, j)
+    return int(tables.firsts[n] + i * tables.counts[n, 1] + j) if i >= 0 and j >= 0 else -1
+
+
+@njit_cached
+def _is_proved(arm: Any, tables: Any, n: int, i: int, j: int, finer: int, kept: float) -> bool:
+    """Whether a cell is proved to keep more than `kept`; see `_are_proved`."""
+    cell = _number(tables, n, i // finer, j // finer)
+    if cell < 0:
+        return False
+    if kept <= tables.proved[cell]:
+        return True
+    if finer > 1:
+        if tables.parts[cell] < 0:
+            if tables.used[0] + finer**2 > len(tables.proved):
+                return False
+            tables.parts[cell] = tables.used[0]
+            tables.used[0] += finer**2
+        cell = tables.parts[cell] + (i % finer) * finer + j % finer
+        if kept <= tables.proved[cell]:
+            return True
+    if kept >= tables.open[cell]:
+        return False
+    if finer == 1 and _are_proved_together(arm, tables, n, i, j, kept):
+        return True
+    if _keeps(arm, tables, n, i, j, 1, 1, finer, kept):
+        tables.proved[cell] = kept
+        return True
+    tables.open[cell] = kept
+    return False
+
+
+@njit_cached
+def _are_proved_together(arm: Any, tables: Any, n: int, i: int, j: int, kept: float) -> bool:
+    """Whether a cell and those about it are proved to keep more than `kept`."""
+    first_i = _cell(tables, n, 0, i) // _FINER * _FINER
+    first_j = _cell(tables, n, 1, j) // _FINER * _FINER
+    first = _number(tables, n, first_i, first_j)
+    if kept >= tables.together[first]:
+        return False
+    size = min(_FINER, tables.counts[n, 0] - first_i), min(_FINER, tables.counts[n, 1] - first_j)
+    if not _keeps(arm, tables, n, first_i, first_j, size[0], size[1], 1, kept):
+        tables.together[first] = kept
+        return False
+    for row in range(size[0]):
+        begin = first + row * tables.counts[n, 1]
+        for cell in range(begin, begin + size[1]):
+            tables.proved[cell] = max(tables.proved[cell], kept)
+    return True
+
+
+@njit_cached
+def _keeps(
+    arm: Any, tables: Any, n: int, i: int, j: int, rows: int, columns: int, finer: int, kept: float
+) -> bool:
+    """Whether the parts are proved to keep more than `kept` all over some cells from one on."""
+    low = np.zeros(len(arm.tree.wraps))
+    high = low.copy()
+    for axis in range(2):
+        k, width = tables.coordinates[n, axis], tables.width[n, axis] / finer
+        if k >= 0:
+            begin = tables.lower[n, axis] + (i if axis == 0 else j) * width
+            size = (rows if axis == 0 else columns) * width
+            low[k], high[k] = begin - _WIDER * width, begin + size + _WIDER * width
+    part, other, branch = tables.pairs[n, 0], tables.pairs[n, 1], tables.pairs[n, 2]
+    return bool(nearing_between(arm, part, other, branch, low, high, kept)[0] == math.inf)
