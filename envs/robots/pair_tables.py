@@ -32,6 +32,9 @@ asked together, before any is alone."""
 _MOST_PARTED = 4096
 """Cells of all pairs that are parted; motions through others are asked for themselves."""
 
+_STEPS = 2
+"""Levels for each doubling of what is asked of cells."""
+
 _WIDER = 1e-9
 """By how much of a cell what is proved of it goes beyond its sides, for rounding."""
 
@@ -127,16 +130,21 @@ def place_in_tables(arm: Any, tables: Any, a: Any, b: Any, asked: float, kept: f
     """A place t of the straight motion from a to b (d,) at which the parts of one of the pairs are
     no more than `asked` apart, or -1 if all are proved to keep more than `kept`, which is less, all
     along."""
+    # In steps, so that cells are not asked again for each a little more.
+    level = 2.0 ** (math.ceil(_STEPS * math.log2(kept)) / _STEPS)
     for n in range(len(tables.pairs)):
-        place = _place(arm, tables, n, a, b, asked, kept)
+        place = _place(arm, tables, n, a, b, asked, kept, level)
         if place >= 0:
             return place
     return -1.0
 
 
 @njit_cached
-def _place(arm: Any, tables: Any, n: int, a: Any, b: Any, asked: float, kept: float) -> float:
-    """Of one pair: what is not proved of the cells along a stretch is asked of the stretch."""
+def _place(
+    arm: Any, tables: Any, n: int, a: Any, b: Any, asked: float, kept: float, level: float
+) -> float:
+    """Of one pair: where the cells along a stretch are not proved to keep more than a level, which
+    is no less than `kept`, the stretch is asked."""
     x, dx = _along(tables, n, 0, a, b)
     y, dy = _along(tables, n, 1, a, b)
     swaps = abs(dy) > abs(dx)
@@ -144,12 +152,12 @@ def _place(arm: Any, tables: Any, n: int, a: Any, b: Any, asked: float, kept: fl
         x, dx, y, dy = y, dy, x, dx
     for column in range(math.floor(min(x, x + dx)), math.floor(max(x, x + dx)) + 1):
         begin, end = _stretch(x, dx, column, 1.0)
-        if _are_proved(arm, tables, n, swaps, column, 1, (y + begin * dy, y + end * dy), kept):
+        if _are_proved(arm, tables, n, swaps, column, 1, (y + begin * dy, y + end * dy), level):
             continue
         for fine in range(_FINER * column, _FINER * (column + 1)):
             begin, end = _stretch(x, dx, fine, 1.0 / _FINER)
             rows = (y + begin * dy, y + end * dy)
-            if begin > end or _are_proved(arm, tables, n, swaps, fine, _FINER, rows, kept):
+            if begin > end or _are_proved(arm, tables, n, swaps, fine, _FINER, rows, level):
                 continue
             there, beyond = a + begin * (b - a), a + end * (b - a)
             pair = tables.pairs[n : n + 1]

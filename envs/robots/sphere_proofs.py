@@ -22,7 +22,7 @@ from envs.collision.gjk import at, hull_distance, moved
 from envs.collision.separation import corners, is_allowed, separated
 from envs.collision.shapes import BOX, CYLINDER, ROW
 from envs.compiled import njit_cached, njit_hot, njit_inline
-from envs.robots.arm_clearance import within_reach
+from envs.robots.arm_clearance import NEAR, within_reach
 from envs.robots.swept_pairs import place_of_nearing
 
 PROVED, OPEN, REFUTED, TOUCHING = 0, 1, 2, 3
@@ -101,9 +101,6 @@ def part_by_distances(
     row, still = np.empty(ROW), np.eye(3, 4)
     moved(arm.shapes.rows[part], pose, row)
     for j in near:
-        if move > 0.03 and arm.shapes.roots[part] >= 0:
-            known = OPEN
-            continue
         most = within_reach(arm.shapes, part, around, j, max(move + kept, 2 * asked - kept))
         other = around.rows[j]
         found = separated(arm.shapes, part, row, pose, around, j, other, still, most)[0]
@@ -205,8 +202,10 @@ def pair_by_distance(
         )
         if hulls - kept > move:
             return PROVED, 0.5
-        if hulls > _FAR_APART:
+        if hulls > max(_FAR_APART, asked):
             return OPEN, 0.5
+        if asked > NEAR:
+            return REFUTED, 0.5
         place = place_of_nearing(arm, pair.reshape(1, 3), a, b, asked, kept)
         return PROVED if place < 0 else REFUTED, place
     most = within_reach(shapes, part, shapes, other, max(move + kept, 2 * asked - kept))
