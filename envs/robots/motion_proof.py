@@ -70,7 +70,7 @@ def prove(
     for joint in range(len(speeds)):
         k = tree.coordinates[joint]
         speeds[joint] = tree.ratios[joint] * (b[k] - a[k])
-    _bound(arm, trees, speeds, bends, moves)
+    bound(arm, trees, speeds, bends, moves)
     count = 1 + len(speeds)
     bodies = (np.empty((count, 3, 4)), np.empty((count, 3)), np.empty((count, 3)))
     near, stack = np.empty(len(around.rows), dtype=np.int64), np.empty(STACK, dtype=np.int64)
@@ -144,7 +144,7 @@ def nothing_within(arm: Any, around: Any, may_touch: Any, q: Any) -> bool:
 
 
 @njit_hot
-def _bound(arm: Any, trees: Any, speeds: Any, bends: Any, moves: Any) -> None:
+def bound(arm: Any, trees: Any, speeds: Any, bends: Any, moves: Any) -> None:
     """Writes bounds (moving + k,) on the acceleration and the speed of any point of each part, and
     of the points of each pair of parts as seen from each other, per unit of t."""
     for part in range(arm.moving):

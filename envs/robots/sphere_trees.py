@@ -1,6 +1,6 @@
 """Trees of spheres that cover the parts of robots, for compiled proofs.
 
-The leaves are the spheres that cover a part. A sphere above holds the spheres below it: what keeps
+The leaves are the spheres that cover a part. A sphere above holds the leaves below it: what keeps
 away from it keeps away from these.
 """
 
