@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from envs.errors import InputError
 from envs.registry import Registry, Spec
 from envs.scenes.motion_bench_maker_sets import SETS
+from envs.scenes.robometrics_scenes import SCENES
 
 if TYPE_CHECKING:
     from envs.environment import Environment
@@ -124,6 +125,25 @@ REGISTRY: Registry[Environment] = Registry(
                 in_all=False,
             )
             for robot, names in SETS.items()
+            for name in names
+        ),
+        Spec(
+            "robometrics",
+            "envs.scenes.robometrics:Robometrics",
+            "robometrics' problems of Franka's Panda with lists of goals, each in a scene of its "
+            "own, from a copy of its YAML (set, file, scene, problem, urdf, srdf, robot)",
+            in_all=False,
+        ),
+        *(
+            Spec(
+                f"robometrics-{set}-{name.removesuffix('_panda').replace('_', '-')}",
+                "envs.scenes.robometrics:Robometrics",
+                f"robometrics' {name} of the set {set} (file, problem, urdf, srdf, robot)",
+                {"set": set, "scene": name},
+                groups=(f"robometrics-{set}",),
+                in_all=False,
+            )
+            for set, names in SCENES.items()
             for name in names
         ),
     ],
