@@ -78,7 +78,7 @@ REGISTRY: Registry[Environment] = Registry(
         Spec(
             "arm",
             "envs.scenes.arms:UserArm",
-            "any robot from a URDF, or by name, among solids from a YAML file (urdf, robot, scene, "
+            "any robot from a URDF, or by name, among solids from a file (urdf, robot, scene, "
             "self_collision, geometry, srdf, group, tip, joints, state, pose)",
             in_all=False,
         ),
@@ -151,6 +151,7 @@ REGISTRY: Registry[Environment] = Registry(
     base="envs.environment:Environment",
     of_files={
         ".urdf": "an arm is arm:urdf={}",
+        ".scene": "an arm in it is arm:robot=NAME,scene={}",
         ".cfg": "a problem of OMPL.app is omplapp:file={}",
         **dict.fromkeys(
             (".3dmap", ".bmp", ".map", ".npy", ".pgm", ".png"), "an occupancy grid is grid:file={}"

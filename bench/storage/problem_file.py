@@ -18,7 +18,6 @@ import hashlib
 import io
 import json
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -26,11 +25,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from envs import Environment, InputError, Problem
 from envs.errors import brief, input_error_of, suggestion
+from envs.files.json_text import parsed_json
 from envs.files.paths import atomic_write
+from envs.files.yaml_text import parsed_yaml
 from envs.problem import Array
 from envs.seeding import derived_seed
 
@@ -190,32 +190,13 @@ def _columns(end: str, size: int) -> list[str]:
 
 
 def _of_json(text: str) -> Iterator[PosedProblem]:
-    try:
-        content = json.loads(text)
-    except RecursionError as error:
-        raise ValueError("it is nested too deep") from error
-    return _of_entries(_listed(content))
-
-
-class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """Takes 1e-3 for a number, which in YAML 1.1 needs a point."""
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?(\d+|\d*\.\d+|\d+\.)[eE][-+]?\d+"),
-    [*"-+.0123456789"],
-)
+    return _of_entries(_listed(parsed_json(text)))
 
 
 def _of_yaml(text: str) -> Iterator[PosedProblem]:
     if len(text) > _MOST_YAML:
         raise ValueError(f"YAML of at most {_MOST_YAML} characters is read; use JSON or CSV")
-    try:
-        content = yaml.load(text, _Loader)
-    except (yaml.YAMLError, RecursionError) as error:
-        raise ValueError(f"not YAML, mend it: {error}") from error
-    return _of_entries(_listed(content))
+    return _of_entries(_listed(parsed_yaml(text.encode())))
 
 
 def _listed(content: Any) -> Any:

@@ -14,7 +14,7 @@ from envs.collision.shapes import LARGEST
 from envs.errors import InputError, brief
 from envs.problem import Array
 
-ODD_SCALARS = (
+_ODD_SCALARS = (
     *(ValueError, TypeError, AttributeError, LookupError),
     *(ArithmeticError, RecursionError),
 )
@@ -46,22 +46,23 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
 
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?(\d+|\d*\.\d+|\d+\.)[eE][-+]?\d+"),
+    re.compile(r"[-+]?(\d+|\d*\.\d+|\d+\.)[eE][-+]?\d+$"),
     [*"-+.0123456789"],
 )
 
 
-def parsed_yaml(text: bytes | str) -> Any:
-    """What YAML stands for.
+def parsed_yaml(text: bytes) -> Any:
+    """What YAML stands for, of one document. The line that ends one, which ROS prints after each
+    message, may be there.
 
     Raises:
         InputError: it is none, or gives a key twice, or merges mappings.
     """
     try:
-        return yaml.load(text, _Loader)
+        return yaml.load(text.rstrip().removesuffix(b"\n---"), _Loader)
     except InputError:
         raise
-    except (yaml.YAMLError, *ODD_SCALARS) as error:
+    except (yaml.YAMLError, *_ODD_SCALARS) as error:
         raise InputError(f"not YAML, mend it: {' '.join(str(error).split())}") from error
 
 

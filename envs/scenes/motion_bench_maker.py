@@ -12,13 +12,10 @@ import numpy as np
 
 from envs.errors import InputError, suggestion
 from envs.files.fetched import fetch
-from envs.files.moveit_scene import (
-    MotionRequest,
-    PlanningScene,
-    read_motion_request,
-    read_planning_scene,
-)
+from envs.files.moveit_request import MotionRequest, read_motion_request
+from envs.files.moveit_yaml import read_planning_scene
 from envs.files.paths import cache_folder
+from envs.files.planning_scene import PlanningScene
 from envs.files.problem_archive import ProblemFiles, read_problem_files
 from envs.problem import Array
 from envs.robots.arm import Arm
@@ -95,19 +92,14 @@ class _Files(PosedProblems):
 
     def scene(self, index: int) -> SetScene:
         scene = self._planning_scene(index + 1)
-        # A name that is a link's stands for that alone.
-        objects = frozenset(scene.names) - self._links
         arm = _arm(self._folder, *self._first, scene.allowed.pairs(self._links))
-
-        def allows(link: str, name: str) -> bool:
-            return name in objects and scene.allowed.allows(link, name)
-
+        allows = scene.allowed.touching(self._links, scene.names)
         return SetScene(arm, scene.obstacles, scene.names, allows)
 
     def _planning_scene(self, number: int) -> PlanningScene:
         text = self._problems.text("scene", number)
         try:
-            return read_planning_scene(text, _robot(self._folder).graph.base)
+            return read_planning_scene(text, {_robot(self._folder).graph.base: np.eye(4)})
         except InputError as error:
             raise InputError(f"{self.name}: scene{number:04d}.yaml: {error}") from error
 
