@@ -18,6 +18,7 @@ import hashlib
 import io
 import json
 import math
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -243,13 +244,13 @@ def _numbers(values: Any, what: str) -> Array:
         raise ValueError(f"{what} must be a list of numbers, not {brief(values)}")
     for value in values:
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (is_number and abs(value) < math.inf):
+        if not (is_number and abs(value) <= sys.float_info.max):
             raise ValueError(f"{what} must have finite numbers, not {brief(value)}")
     return np.array(values, dtype=np.float64)
 
 
 def _of_csv(text: str) -> Iterator[PosedProblem]:
-    rows = [row for row in csv.reader(io.StringIO(text), strict=True) if any(map(str.strip, row))]
+    rows = [row for row in _rows(text) if any(map(str.strip, row))]
     if not rows:
         return
     has_names = any(_number(cell) is None for cell in rows[0])
@@ -269,6 +270,14 @@ def _of_csv(text: str) -> Iterator[PosedProblem]:
     for (called, start), together in groupby(_with_alone(read), key=lambda one: one[0]):
         several = [entry for _, entry in together]
         yield _posed(several[0][0], list(start), [goal for *_, goal in several], str(called))
+
+
+def _rows(text: str) -> list[list[str]]:
+    reader = csv.reader(io.StringIO(text), strict=True)
+    try:
+        return list(reader)
+    except csv.Error as error:
+        raise ValueError(f"line {reader.line_num}: it is no CSV: {error}") from error
 
 
 def _with_alone(read: Sequence[Any]) -> Iterator[Any]:

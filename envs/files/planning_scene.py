@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -61,11 +61,10 @@ def primitive(kind: str, sizes: Sequence[float], name: str) -> Solid:
     check_kind(kind, name)
     if not all(size > 0 for size in sizes):
         raise InputError(f"object {name!r}: dimensions must be positive, not {list(sizes)}")
-    if kind == "box":
-        return Box(np.zeros(3), np.array(sizes))
-    if kind == "sphere":
-        return Sphere(sizes[0])
-    return Cylinder(*sizes) if kind == "cylinder" else _cone(*sizes)
+    try:
+        return _SOLIDS[kind](*sizes)
+    except ValueError as error:  # a shape's own
+        raise InputError(f"object {name!r}: {error}") from error
 
 
 def check_kind(kind: str, name: str) -> None:
@@ -82,6 +81,14 @@ def _cone(radius: float, length: float) -> ConvexHull:
     rim = radius / math.cos(np.pi / SIDES) * np.array([np.cos(angles), np.sin(angles)]).T
     low = np.column_stack([rim, np.full(SIDES, -length / 2)])
     return ConvexHull.of_points(np.concatenate([low, [[0.0, 0.0, length / 2]]]))
+
+
+_SOLIDS: Mapping[str, Callable[..., Solid]] = {
+    "box": lambda *sides: Box(np.zeros(3), np.array(sides)),
+    "sphere": Sphere,
+    "cylinder": Cylinder,
+    "cone": _cone,
+}
 
 
 def mesh(vertices: Array, faces: NDArray[np.int64], name: str) -> Mesh:

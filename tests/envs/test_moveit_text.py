@@ -169,6 +169,7 @@ BAD = {
     "hexadecimal": (changed("0.6 1.2", "0.6 0x10"), "must be finite numbers"),
     "underscore": (changed("0.6 1.2", "0.6 1_0"), "must be finite numbers"),
     "word": (changed("0.6 1.2", "0.6 x"), "not 'x'"),
+    "thin cone": (changed("0.3 0.5", "1e-320 0.5"), "object 'can': a hull's points must not"),
     "no turn": (changed("0 0 0 1\n0 0 0 0\n2", "0 0 0 0\n0 0 0 0\n2"), "is a quaternion, and not"),
     "short": (
         changed("0.6 1.2 0.05", "0.6 1.2"),
