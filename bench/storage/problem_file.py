@@ -204,7 +204,7 @@ def _listed(content: Any) -> Any:
     if isinstance(content, dict):
         for key in content:
             if key != "problems":
-                raise ValueError(f"unknown key {brief(key)}; {suggestion(str(key), ['problems'])}")
+                raise ValueError(f"unknown key {brief(key)}; {suggestion(key, ['problems'])}")
         content = content.get("problems")
     if not isinstance(content, list):
         raise ValueError("it must be a list of problems, or a mapping with one as 'problems'")
@@ -218,7 +218,7 @@ def _of_entries(entries: Sequence[Any]) -> Iterator[PosedProblem]:
             raise ValueError(f"{row}: a problem has start and goal, it is {brief(entry)}")
         for key in entry:
             if key not in _KEYS:
-                raise ValueError(f"{row}: unknown key {brief(key)}; {suggestion(str(key), _KEYS)}")
+                raise ValueError(f"{row}: unknown key {brief(key)}; {suggestion(key, _KEYS)}")
         if "start" not in entry or ("goal" in entry) == ("goals" in entry):
             raise ValueError(f"{row}: a problem has a start, and either a goal or goals")
         goals = [entry["goal"]] if "goal" in entry else entry["goals"]

@@ -91,7 +91,7 @@ def planning_scene_of(content: Any, frames: Mapping[str, Array]) -> PlanningScen
 def _check_keys(content: Mapping[Any, Any], known: Sequence[str], what: str) -> None:
     for key in content:
         if key not in known:
-            raise InputError(f"{what} has no {brief(key)}; {suggestion(str(key), known)}")
+            raise InputError(f"{what} has no {brief(key)}; {suggestion(key, known)}")
 
 
 def _check_nothing_else(content: Mapping[Any, Any], world: Mapping[Any, Any]) -> None:

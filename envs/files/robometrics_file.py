@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere
-from envs.errors import InputError, input_error_of, suggestion
+from envs.errors import InputError, brief, input_error_of, suggestion
 from envs.files.git_lfs import check_is_no_pointer
 from envs.files.paths import atomic_write, cache_folder, exists
 from envs.files.yaml_text import (
@@ -142,7 +142,7 @@ def _scenes(file: Path, digest: str) -> Mapping[str, Sequence[Any]]:
             return found
     try:
         content = mapping_of(parsed_yaml(file.read_bytes()), "its content")
-        scenes = {str(name): _shortened(name, problems) for name, problems in content.items()}
+        scenes = {_name(name): _shortened(name, problems) for name, problems in content.items()}
         if not any(scenes.values()):
             raise InputError("it has no problems")
     except InputError as error:
@@ -155,9 +155,14 @@ def _scenes(file: Path, digest: str) -> Mapping[str, Sequence[Any]]:
     return scenes
 
 
+def _name(key: Any) -> str:
+    """Text, for a key that may be anything YAML has."""
+    return key if isinstance(key, str) else brief(key)
+
+
 def _shortened(name: Any, problems: Any) -> list[Any]:
     """The problems of a scene, without what is passed over."""
-    entries = list_of(problems, f"scene {name!r}")
+    entries = list_of(problems, f"scene {brief(name)}")
     return [
         {key: value for key, value in entry.items() if key != "goal_pose"}
         if isinstance(entry, dict)
@@ -190,12 +195,12 @@ def _problem(scene: str, entry: Mapping[Any, Any], size: int) -> RobometricsProb
 def _obstacles(kinds: Mapping[Any, Any]) -> Iterator[tuple[str, PlacedShape]]:
     for kind, obstacles in kinds.items():
         if kind not in _SOLIDS:
-            hint = suggestion(str(kind), _SOLIDS)
-            raise InputError(f"obstacles are no {kind!r} here; {hint}")
+            hint = suggestion(kind, _SOLIDS)
+            raise InputError(f"obstacles are no {brief(kind)} here; {hint}")
         for name, said in mapping_of(obstacles or {}, str(kind)).items():
-            what = f"{kind} {name!r}"
+            what = f"{kind} {brief(name)}"
             entry = mapping_of(said, what)
-            yield str(name), PlacedShape(_SOLIDS[kind](entry, what), _pose(entry, what))
+            yield _name(name), PlacedShape(_SOLIDS[kind](entry, what), _pose(entry, what))
 
 
 def _box(entry: Mapping[Any, Any], what: str) -> Solid:

@@ -22,8 +22,7 @@ from envs.robots.arm import Arm
 from envs.robots.joint_graph import JointGraph
 from envs.robots.planning_group import PlanningGroup
 from envs.robots.srdf import Srdf, read_srdf
-from envs.robots.urdf import read_urdf
-from envs.robots.urdf_elements import parsed
+from envs.robots.urdf import joint_graph_of, read_urdf
 from envs.scenes.motion_bench_maker_sets import SETS
 from envs.scenes.problem_set import PosedProblems, ProblemSet, SetScene
 
@@ -97,9 +96,9 @@ class _Files(PosedProblems):
         return SetScene(arm, scene.obstacles, scene.names, allows)
 
     def _planning_scene(self, number: int) -> PlanningScene:
-        text = self._problems.text("scene", number)
+        text, frames = self._problems.text("scene", number), {self._graph.base: np.eye(4)}
         try:
-            return read_planning_scene(text, {_robot(self._folder).graph.base: np.eye(4)})
+            return read_planning_scene(text, frames)
         except InputError as error:
             raise InputError(f"{self.name}: scene{number:04d}.yaml: {error}") from error
 
@@ -119,8 +118,11 @@ class _Files(PosedProblems):
     @cached_property
     def _links(self) -> frozenset[str]:
         """The names of the robot's links."""
-        graph = _robot(self._folder).graph
-        return frozenset((graph.base, *graph.carriers))
+        return frozenset((self._graph.base, *self._graph.carriers))
+
+    @property
+    def _graph(self) -> JointGraph:
+        return _robot(self._folder).graph
 
     @cached_property
     def _joints(self) -> list[str]:
@@ -172,7 +174,7 @@ class _RobotFiles:
 @lru_cache(maxsize=4)
 def _robot(folder: Path) -> _RobotFiles:
     urdf, srdf = folder / f"{folder.name}.urdf", folder / f"{folder.name}.srdf"
-    return _RobotFiles(urdf, read_srdf(srdf), JointGraph(parsed(urdf)[0]))
+    return _RobotFiles(urdf, read_srdf(srdf), joint_graph_of(urdf))
 
 
 @lru_cache(maxsize=4)

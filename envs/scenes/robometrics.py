@@ -16,13 +16,11 @@ from envs.errors import InputError, suggestion, tell_once
 from envs.files.robometrics_file import RobometricsFile, RobometricsProblem, read_robometrics
 from envs.problem import Array
 from envs.robots.arm import Arm
-from envs.robots.joint_graph import JointGraph
 from envs.robots.named_robots import robot_named
 from envs.robots.planning_group import PlanningGroup
 from envs.robots.robot_description import RobotDescription
 from envs.robots.srdf import Srdf, read_srdf
-from envs.robots.urdf import read_urdf
-from envs.robots.urdf_elements import parsed
+from envs.robots.urdf import joint_graph_of, read_urdf
 from envs.scenes.motion_bench_maker import robot_folder
 from envs.scenes.problem_set import PosedProblems, ProblemSet, SetScene
 from envs.scenes.robometrics_scenes import SCENES
@@ -129,10 +127,7 @@ class _Panda:
 def _arm(urdf: Path, srdf: Path | None, opening: float) -> Arm:
     """The robot, made once for all scenes."""
     semantics = read_srdf(srdf) if srdf else Srdf()
-    try:
-        movable = JointGraph(parsed(urdf)[0]).movable
-    except InputError as error:
-        raise InputError(f"{urdf}: {error}") from error
+    movable = joint_graph_of(urdf).movable
     fingers = {name: opening for name in _FINGERS if name in movable}
     group = PlanningGroup(semantics, joints=_JOINTS, pose=fingers)
     tree, parts = read_urdf(urdf, group)

@@ -171,7 +171,7 @@ def _own(content: Any, file: Path) -> Scene:
         raise InputError("must be a mapping with the key 'obstacles'")
     for key in content:
         if key not in _KEYS:
-            raise InputError(f"unknown key {brief(key)}; {suggestion(brief(key), _KEYS)}")
+            raise InputError(f"unknown key {brief(key)}; {suggestion(key, _KEYS)}")
     if not isinstance(content.get("obstacles"), list) or not content["obstacles"]:
         raise InputError("'obstacles' must be a list of at least one obstacle")
     named = [_obstacle(*one, file.parent) for one in enumerate(content["obstacles"], start=1)]

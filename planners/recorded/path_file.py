@@ -213,7 +213,7 @@ class _InRowError(ValueError):
 def _known(what: str, said: Mapping[str, Any], known: Sequence[str]) -> None:
     for name in said:
         if name not in known:
-            raise ValueError(f"{what} has an unknown {brief(name)}; {suggestion(str(name), known)}")
+            raise ValueError(f"{what} has an unknown {brief(name)}; {suggestion(name, known)}")
 
 
 def _count(name: str, value: Any) -> int | None:
@@ -238,7 +238,7 @@ def _status(value: Any, waypoints: Array | None) -> Status:
         return Status.TIMEOUT if waypoints is None else Status.EXACT_SOLUTION
     known = [status.value for status in Status]
     if value not in known:
-        raise ValueError(f"unknown status {brief(value)}; {suggestion(str(value), known)}")
+        raise ValueError(f"unknown status {brief(value)}; {suggestion(value, known)}")
     return Status(value)
 
 

@@ -240,6 +240,7 @@ BAD_FILES = {
     "rubbish": (b"\x80\x04\x95\xff\x00\xfe", "not YAML"),
     "list": ("[1]", "its content must be a mapping"),
     "truncated": ("box_panda: [{start: [0", "not YAML"),
+    "a huge name": ("? 0x" + "f" * 5000 + "\n: 3", "scene int with too many digits must be a list"),
     "deep": ("[" * 100_000, "not YAML"),
     "odd scalar": ("box_panda: !!timestamp 1", "not YAML"),
     "overflow": ("box_panda: " + ":".join(["1"] * 300) + ".5", "not YAML"),
