@@ -135,7 +135,7 @@ def _panels(env: Environment, shown: Shown) -> list[_Panel]:
 
 def _stage(env: Environment, paths: Sequence[Array]) -> _Stage:
     """`paths` are those that are to be seen."""
-    robot = RobotShape(env)
+    robot = RobotShape(env, env.drawn_robot)
     shares = np.linspace(0, 1, _GHOSTS + 2)
     postures = np.concatenate([along(env.space, path, shares) for path in paths])
     moving = np.concatenate([robot.triangles(q) for q in postures])

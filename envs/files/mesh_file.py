@@ -79,6 +79,15 @@ def read_mesh(file: str | Path) -> FileMesh:
     return cleaned(soup, file)
 
 
+def read_surface(file: str | Path) -> Soup:
+    """Reads the triangles of a file that `read_mesh` takes as they are, for pictures.
+
+    Raises:
+        InputError: there is no such file, or it cannot be read.
+    """
+    return _read(file)
+
+
 def read_points(file: str | Path) -> Array:
     """Reads the points (n, 3) of a file that `read_mesh` takes: those that its faces use or, of one
     without faces (OBJ, PLY, OFF), all of them.

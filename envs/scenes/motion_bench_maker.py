@@ -82,6 +82,10 @@ class _Files(PosedProblems):
         return read_problem_files(self._folder / _ARCHIVE, self.name)
 
     @property
+    def urdf(self) -> Path:
+        return _robot(self._folder).urdf
+
+    @property
     def digest(self) -> str:
         return self._problems.digest
 

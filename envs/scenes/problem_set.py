@@ -5,15 +5,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from envs.collision.shapes import PlacedShape
+from envs.collision.shapes import Bodies, PlacedShape
 from envs.environment import Environment
 from envs.errors import InputError
 from envs.problem import Array, Problem
 from envs.robots.arm import Arm
+from envs.robots.drawn_arm import DrawnArm
 from envs.scenes.arm_world import ArmWorld
 from envs.seeding import derived_seed
 
@@ -58,6 +61,11 @@ class PosedProblems(ABC):
 
     @property
     @abstractmethod
+    def urdf(self) -> Path:
+        """The robot's file."""
+
+    @property
+    @abstractmethod
     def indices(self) -> Sequence[int]:
         """Those of its problems, in ascending order, at least one."""
 
@@ -83,7 +91,17 @@ class PosedProblems(ABC):
         return {}
 
 
-class ProblemSet(ArmWorld):
+class _OfSet(ArmWorld):
+    """A world whose robot is drawn as its URDF draws it."""
+
+    urdf: Path
+
+    @cached_property
+    def drawn_robot(self) -> Bodies:
+        return DrawnArm(self.robot, self.urdf)
+
+
+class ProblemSet(_OfSet):
     """A set of problems that others have made, the same whatever the seed, which the planners' own
     are drawn by; or one of its scenes, in which problems are drawn at random.
 
@@ -97,7 +115,7 @@ class ProblemSet(ArmWorld):
     """
 
     def __init__(self, posed: PosedProblems, kind: str, alone: int | None) -> None:
-        self._posed = posed
+        self._posed, self.urdf = posed, posed.urdf
         self.scenes_differ = alone is None
         self._last: tuple[int, Environment] | None = None
         if alone is None:
@@ -114,7 +132,7 @@ class ProblemSet(ArmWorld):
             return self
         if self._last is None or self._last[0] != problem.index:
             scene = self._posed.scene(problem.index)
-            self._last = problem.index, _SceneOfOne(scene, self._kind, problem.index)
+            self._last = problem.index, _SceneOfOne(scene, self._kind, problem.index, self.urdf)
         return self._last[1]
 
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
@@ -150,12 +168,13 @@ class ProblemSet(ArmWorld):
         return definition
 
 
-class _SceneOfOne(ArmWorld):
+class _SceneOfOne(_OfSet):
     """The scene of one problem."""
 
     min_clearance = _CLEARANCE
 
-    def __init__(self, scene: SetScene, kind: str, index: int) -> None:
+    def __init__(self, scene: SetScene, kind: str, index: int, urdf: Path) -> None:
+        self.urdf = urdf
         names, allows = scene.names, scene.allows
         super().__init__(scene.arm, scene.obstacles, kind, (index + 1,), names, allows)
 

@@ -153,6 +153,10 @@ class _Posed(PosedProblems):
         return self.only or self.content.file.name
 
     @property
+    def urdf(self) -> Path:
+        return self.panda.description.urdf
+
+    @property
     def digest(self) -> str:
         return f"{self.content.digest}{f' {self.only}' if self.only else ''}"
 
