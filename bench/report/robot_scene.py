@@ -45,6 +45,7 @@ _PIXELS_PER_INCH = 300  # twice the file's, which smooths edges
 _BORDER = 0.02  # about all that is drawn, by the side of a box about where the robot comes to
 _SCALES = (1, 2, 5)  # lengths, by powers of ten
 _SCALE_SHARE = 0.3  # its length by a panel's width, at most
+_SCALE_STRIP = 0.07  # of that width, kept clear below what is drawn
 _LOOKED_AT = 2000  # faces of the robot of which it is asked whether they are hidden
 _TIE = 5e-4  # by that side
 _ABOVE_PATHS = 0.05  # where a building is cut off, by that side
@@ -173,11 +174,14 @@ def _cut_open(rooms: Allowed, obstacles: Sequence[Obstacle], height: float) -> l
 
 
 def _framed(flat: Array, border: float) -> tuple[Array, Array]:
-    """Corners (2,) of a picture about points (n, 2), neither too tall nor too flat."""
+    """Corners (2,) of a picture about points (n, 2), neither too tall nor too flat, with a strip
+    below them for the scale."""
     lower, upper = flat.min(axis=0) - border, flat.max(axis=0) + border
     wide, high = upper - lower
     missing = np.array([max(high / _TALLEST - wide, 0.0), max(wide * _FLATTEST - high, 0.0)])
-    return lower - missing / 2, upper + missing / 2
+    lower, upper = lower - missing / 2, upper + missing / 2
+    lower[1] -= _SCALE_STRIP * (upper[0] - lower[0])
+    return lower, upper
 
 
 def _layer(view: Projection, triangles: Array, colour: str, opacity: float) -> Layer:
@@ -232,10 +236,11 @@ def _draw_trace(axes: Axes, stage: _Stage, panel: _Panel, path: Array) -> None:
 
 def _draw_scale(axes: Axes, stage: _Stage) -> None:
     """A length, which holds across the line of sight, in the left lower corner."""
-    most = _SCALE_SHARE * (stage.upper[0] - stage.lower[0])
+    wide = stage.upper[0] - stage.lower[0]
+    most = _SCALE_SHARE * wide
     decade = 10.0 ** math.floor(math.log10(most))
     length = max(decade * x for x in _SCALES if decade * x <= most * (1 + 1e-9))
-    x, y = stage.lower + _BORDER * stage.side
+    x, y = stage.lower[0] + _BORDER * stage.side, stage.lower[1] + _SCALE_STRIP / 4 * wide
     axes.plot([x, x + length], [y, y], "|-", color="black", linewidth=1, markersize=6)
     text = f"{length:g} {stage.env.units['workspace']}"
     axes.annotate(text, (x + length / 2, y), (0, 4), textcoords="offset points", ha="center")

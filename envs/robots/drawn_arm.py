@@ -18,6 +18,10 @@ from envs.robots.urdf_elements import parsed
 from envs.robots.urdf_geometry import shapes_of_link
 
 
+_NAMED = 3
+"""Links that a line names."""
+
+
 class DrawnArm:
     """An arm as its URDF draws it: of links whose <visual> geometry is there that, of others what
     collides. See `envs.collision.shapes.Bodies`.
@@ -75,8 +79,10 @@ def drawn_parts(urdf: Path, arm: Arm) -> list[Part]:
         if visual is None and element is not None:
             missing.append(link.name)
     if missing:
-        named = ", ".join(map(repr, missing))
-        tell_once(f"{urdf}: pictures show collision geometry where visual meshes are not: {named}")
+        named = ", ".join(map(repr, missing[:_NAMED]))
+        more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
+        what = "pictures show collision geometry where visual meshes are not"
+        tell_once(f"{urdf}: {what}: {named}{more}")
     return found
 
 
