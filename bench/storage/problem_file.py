@@ -29,6 +29,7 @@ import numpy as np
 
 from envs import Environment, InputError, Problem
 from envs.errors import brief, input_error_of, suggestion
+from envs.files.git_lfs import check_is_no_pointer
 from envs.files.json_text import parsed_json
 from envs.files.paths import atomic_write
 from envs.files.yaml_text import parsed_yaml
@@ -89,8 +90,10 @@ class GivenProblems:
         with input_error_of(f"cannot read {file}", UnicodeDecodeError):
             if file.stat().st_size > _MOST_BYTES:
                 raise InputError(f"{file} has more than {_MOST_BYTES} bytes")
-            text = file.read_bytes().decode("utf-8-sig")
+            content = file.read_bytes()
+            text = content.decode("utf-8-sig")
         try:
+            check_is_no_pointer(content)
             posed = tuple(_READERS[file.suffix.lower()](text))
         except ValueError as error:
             raise InputError(f"{file}: {' '.join(str(error).split())}") from error

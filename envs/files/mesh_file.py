@@ -15,7 +15,7 @@ from envs.collision.enclosure import Surface
 from envs.collision.shapes import Mesh
 from envs.collision.shells import Shells
 from envs.errors import InputError
-from envs.files.git_lfs import check_is_no_pointer
+from envs.files.git_lfs import check_file_is_no_pointer
 from envs.files.mesh_formats import dae, glb, obj, off, ply, stl
 from envs.files.mesh_formats.soup import MOST_FACES, Soup
 from envs.files.paths import exists
@@ -108,7 +108,7 @@ def _read(file: str | Path) -> Soup:
         )
     if not exists(path.is_file):
         raise InputError(f"no such file: {file}")
-    check_is_no_pointer(path)
+    check_file_is_no_pointer(path)
     size = path.stat().st_size
     if size == 0:
         raise InputError(f"{file} is empty")

@@ -31,7 +31,7 @@ import numpy as np
 
 from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere
 from envs.errors import InputError, brief, input_error_of, suggestion
-from envs.files.git_lfs import check_is_no_pointer
+from envs.files.git_lfs import check_file_is_no_pointer
 from envs.files.paths import atomic_write, cache_folder, exists
 from envs.files.yaml_text import (
     list_of,
@@ -124,7 +124,7 @@ def read_robometrics(file: Path) -> RobometricsFile:
     """
     if not exists(file.is_file):
         raise InputError(f"no such file: {file}")
-    check_is_no_pointer(file)
+    check_file_is_no_pointer(file)
     with input_error_of(f"{file} cannot be read"):
         if file.stat().st_size > _MOST_BYTES:
             raise InputError(f"{file} has more than {_MOST_BYTES} bytes")

@@ -17,7 +17,6 @@ from envs.robots.arm import Arm, Part
 from envs.robots.urdf_elements import parsed
 from envs.robots.urdf_geometry import shapes_of_link
 
-
 _NAMED = 3
 """Links that a line names."""
 

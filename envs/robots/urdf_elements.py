@@ -14,6 +14,7 @@ import yourdfpy
 
 from envs.collision.shapes import LARGEST
 from envs.errors import InputError, reason
+from envs.files.git_lfs import check_is_no_pointer
 from envs.files.paths import exists
 
 _READ = {
@@ -95,7 +96,9 @@ def read_xml(file: Path, kind: str) -> ElementTree.Element:
     if size > _MOST_BYTES:
         raise InputError(f"has {size} bytes; {kind}s of at most {_MOST_BYTES} are read")
     try:
-        root = _tree(_from_its_beginning(file.read_bytes()))
+        content = file.read_bytes()
+        check_is_no_pointer(content)
+        root = _tree(_from_its_beginning(content))
     except InputError:
         raise
     except expat.ExpatError as error:

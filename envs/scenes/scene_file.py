@@ -156,13 +156,14 @@ def _is_text(file: Path) -> bool:
 def _text(file: Path) -> bytes:
     if not exists(file.is_file):
         raise InputError("no such file")
-    check_is_no_pointer(file)
     with input_error_of("cannot be read"):
         size = file.stat().st_size
         most = _MOST_BYTES_OF_TEXT if _is_text(file) else _MOST_BYTES
         if size > most:
             raise InputError(f"has {size} bytes; scenes of at most {most} are read")
-        return file.read_bytes()
+        content = file.read_bytes()
+    check_is_no_pointer(content)
+    return content
 
 
 def _own(content: Any, file: Path) -> Scene:

@@ -18,6 +18,7 @@ import numpy as np
 
 from envs import Environment
 from envs.errors import InputError, brief, input_error_of, printable, suggestion
+from envs.files.git_lfs import check_is_no_pointer
 from envs.files.paths import atomic_write
 from envs.problem import Array
 from planners.base import Status
@@ -109,6 +110,7 @@ def read(file: Path) -> PathFile:
             raise InputError(f"{file} has {size} bytes; {MOST_BYTES} are the most")
         data = file.read_bytes()
     try:
+        check_is_no_pointer(data)
         of_file, raw = module.parse(data)
         return _checked(of_file, raw)
     except ValueError as error:

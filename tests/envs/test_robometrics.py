@@ -235,7 +235,7 @@ def test_groups_have_the_scenes_of_a_set() -> None:
 LFS = "version https://git-lfs.github.com/spec/v1\noid sha256:37d8\nsize 2895799\n"
 
 BAD_FILES = {
-    "pointer": (LFS, "is a pointer to a file in Git LFS; get that by `git lfs pull`"),
+    "pointer": (LFS, "it is a pointer to a file in Git LFS; get that by `git lfs pull`"),
     "empty": ("", "its content must be a mapping"),
     "rubbish": (b"\x80\x04\x95\xff\x00\xfe", "not YAML"),
     "list": ("[1]", "its content must be a mapping"),
