@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from envs.errors import InputError
-from envs.files.yaml_text import list_of, mapping_of, number_of, parsed_yaml
+from envs.files.yaml_text import list_of, mapping_of, name_of, number_of, parsed_yaml
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,10 @@ def read_motion_request(text: bytes) -> MotionRequest:
     values = list_of(joints.get("position") or [], "position")
     if len(names) != len(values):
         raise InputError(f"the start has {len(names)} joints and {len(values)} values for them")
-    start = {str(n): number_of(v, "a start's value") for n, v in zip(names, values, strict=True)}
-    return MotionRequest(str(content.get("group_name", "")), start, _goal(content))
+    start = {
+        name_of(n): number_of(v, "a start's value") for n, v in zip(names, values, strict=True)
+    }
+    return MotionRequest(name_of(content.get("group_name", "")), start, _goal(content))
 
 
 def _goal(content: Mapping[str, Any]) -> dict[str, float]:
@@ -53,7 +55,7 @@ def _goal(content: Mapping[str, Any]) -> dict[str, float]:
     found = {}
     for entry in list_of(mapping_of(goals[0], "a goal").get("joint_constraints") or [], "a goal"):
         one = mapping_of(entry, "a joint's constraint")
-        found[str(one.get("joint_name"))] = number_of(one.get("position"), "a goal's position")
+        found[name_of(one.get("joint_name"))] = number_of(one.get("position"), "a goal's position")
     if not found:
         raise InputError("its goal is none of joint values (joint_constraints)")
     return found

@@ -17,6 +17,7 @@ from envs.files.planning_scene import SIZES, PlanningScene
 from envs.files.yaml_text import (
     list_of,
     mapping_of,
+    name_of,
     number_of,
     numbers_of,
     parsed_yaml,
@@ -79,7 +80,7 @@ def planning_scene_of(content: Any, frames: Mapping[str, Array]) -> PlanningScen
     objects = list_of(world.get("collision_objects") or [], "collision_objects")
     found, ids = [], set()
     for entry in (mapping_of(one, "an object") for one in objects):
-        name = str(entry.get("id", ""))
+        name = name_of(entry.get("id", ""))
         if name and name in ids:
             raise InputError(f"two objects are called {name!r}; rename one")
         ids.add(name)
@@ -114,14 +115,29 @@ def _known_frames(content: Mapping[Any, Any], frames: Mapping[str, Array]) -> di
     known = {**frames, **{name: np.eye(4) for name in WORLD}}
     for entry in list_of(content.get("fixed_frame_transforms") or [], "fixed_frame_transforms"):
         one = mapping_of(entry, "a transform")
-        name = str(one.get("child_frame_id", "")).removeprefix("/")
+        name = _frame_named(one.get("child_frame_id", ""))
         said = mapping_of(one.get("transform") or {}, "transform")
         pose = _pose(said.get("translation"), said.get("rotation"))
-        still = (np.eye(4), known.get(name, pose))
-        if name in known and not any(np.allclose(pose, there) for there in still):
+        there = _frame_of(one, known, f"frame {name!r}") @ pose
+        as_known = (np.eye(4), known.get(name, there))
+        if name in known and not any(np.allclose(there, still) for still in as_known):
             raise InputError(f"frame {name!r} is moved, but poses are in it; write them in its own")
-        known.setdefault(name, pose)
+        known.setdefault(name, there)
     return known
+
+
+def _frame_named(value: Any) -> str:
+    """As the first version of ROS may have it, with a slash."""
+    return name_of(value).removeprefix("/")
+
+
+def _frame_of(entry: Mapping[Any, Any], frames: Mapping[str, Array], what: str) -> Array:
+    """The pose (4, 4) of the frame that the header of something names."""
+    header = mapping_of(entry.get("header") or {}, "header")
+    frame = _frame_named(header.get("frame_id", ""))
+    if frame not in frames:
+        raise InputError(f"{what} is in frame {frame!r}; {suggestion(frame, frames)}")
+    return frames[frame]
 
 
 def _shapes(
@@ -135,11 +151,7 @@ def _shapes(
             f"object {name!r} is one to {brief(entry['operation'])}, and not to add (0); write the "
             "scene as it is then"
         )
-    header = mapping_of(entry.get("header") or {}, "header")
-    frame = str(header.get("frame_id", "")).removeprefix("/")
-    if frame not in frames:
-        raise InputError(f"object {name!r} is in frame {frame!r}; {suggestion(frame, frames)}")
-    within = frames[frame]
+    within = _frame_of(entry, frames, f"object {name!r}")
     if entry.get("pose"):
         within = within @ _pose_of(entry["pose"])
     for key, of_kind in (("primitive", _primitive), ("mesh", _mesh)):
@@ -156,7 +168,7 @@ def _shapes(
 
 def _primitive(name: str, shape: Mapping[Any, Any]) -> Solid:
     said = shape.get("type")
-    kind = _KINDS.get(said, brief(said)) if isinstance(said, int) else str(said)
+    kind = _KINDS.get(said, brief(said)) if isinstance(said, int) else name_of(said)
     planning_scene.check_kind(kind, name)
     sizes = numbers_of(shape.get("dimensions"), SIZES[kind], f"dimensions of {name!r}").tolist()
     if kind in ("cylinder", "cone"):
@@ -190,7 +202,7 @@ def _allowed(matrix: Any) -> AllowedCollisionMatrix:
     if matrix is None:
         return AllowedCollisionMatrix()
     said = mapping_of(matrix, "allowed_collision_matrix")
-    names = [str(name) for name in list_of(said.get("entry_names") or [], "entry_names")]
+    names = [name_of(name) for name in list_of(said.get("entry_names") or [], "entry_names")]
     rows = [_row(row) for row in list_of(said.get("entry_values") or [], "entry_values")]
     if [len(row) for row in rows] != [len(names)] * len(names):
         raise InputError(f"its allowed_collision_matrix is not {len(names)} by {len(names)}")
@@ -215,7 +227,7 @@ def _defaults(matrix: Mapping[str, Any]) -> dict[str, bool]:
             f"its allowed_collision_matrix has {len(names)} default_entry_names and "
             f"{len(values)} default_entry_values for them"
         )
-    return {str(name): value is True for name, value in zip(names, values, strict=True)}
+    return {name_of(name): value is True for name, value in zip(names, values, strict=True)}
 
 
 def _pose_of(value: Any) -> Array:

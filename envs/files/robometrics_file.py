@@ -36,6 +36,7 @@ from envs.files.paths import atomic_write, cache_folder, exists
 from envs.files.yaml_text import (
     list_of,
     mapping_of,
+    name_of,
     number_of,
     numbers_of,
     parsed_yaml,
@@ -142,7 +143,7 @@ def _scenes(file: Path, digest: str) -> Mapping[str, Sequence[Any]]:
             return found
     try:
         content = mapping_of(parsed_yaml(file.read_bytes()), "its content")
-        scenes = {_name(name): _shortened(name, problems) for name, problems in content.items()}
+        scenes = {name_of(name): _shortened(name, problems) for name, problems in content.items()}
         if not any(scenes.values()):
             raise InputError("it has no problems")
     except InputError as error:
@@ -153,11 +154,6 @@ def _scenes(file: Path, digest: str) -> Mapping[str, Sequence[Any]]:
         with atomic_write(kept) as part:
             part.write_text(json.dumps(scenes, allow_nan=False), encoding="utf-8")
     return scenes
-
-
-def _name(key: Any) -> str:
-    """Text, for a key that may be anything YAML has."""
-    return key if isinstance(key, str) else brief(key)
 
 
 def _shortened(name: Any, problems: Any) -> list[Any]:
@@ -200,7 +196,7 @@ def _obstacles(kinds: Mapping[Any, Any]) -> Iterator[tuple[str, PlacedShape]]:
         for name, said in mapping_of(obstacles or {}, str(kind)).items():
             what = f"{kind} {brief(name)}"
             entry = mapping_of(said, what)
-            yield _name(name), PlacedShape(_SOLIDS[kind](entry, what), _pose(entry, what))
+            yield name_of(name), PlacedShape(_SOLIDS[kind](entry, what), _pose(entry, what))
 
 
 def _box(entry: Mapping[Any, Any], what: str) -> Solid:

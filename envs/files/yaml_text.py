@@ -80,6 +80,11 @@ def list_of(value: Any, what: str) -> Sequence[Any]:
     return value
 
 
+def name_of(value: Any) -> str:
+    """Text, of what stands where a name should and may be anything that YAML has."""
+    return value if isinstance(value, str) else brief(value)
+
+
 def number_of(value: Any, what: str) -> float:
     """A value that must be a finite number of at most `LARGEST`."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST:

@@ -134,6 +134,30 @@ def test_frames_are_those_of_links_that_stand_still() -> None:
         read(same)
 
 
+def test_frames_are_in_others_that_come_before(tmp_path: Path) -> None:
+    def frame(name: str, within: str, x: float) -> dict[str, Any]:
+        transform = {"translation": [x, 0, 0], "rotation": TURNED}
+        return {"child_frame_id": name, "header": {"frame_id": within}, "transform": transform}
+
+    can = {**made.box("can", made.pose(0, 0), 1, 1, 1), "header": {"frame_id": "b"}}
+    found = read(made.scene(can, fixed_frame_transforms=[frame("a", "", 1), frame("b", "a", 2)]))
+    assert found.obstacles[0].pose[:3, 3] == pytest.approx([1, 2, 0])
+    assert found.obstacles[0].pose[:3, 0] == pytest.approx([-1, 0, 0])
+    with pytest.raises(InputError, match="frame 'b' is in frame 'c'; choose from: , base, world"):
+        read(made.scene(can, fixed_frame_transforms=[frame("b", "c", 2)]))
+
+
+def test_names_may_be_whatever_yaml_has() -> None:
+    """A number of more digits than Python writes is not what ends a run."""
+    huge = "0x" + "f" * 5000
+    text = f"world: {{collision_objects: [{{id: {huge}, header: {{frame_id: {huge}}}}}]}}"
+    with pytest.raises(InputError, match="object 'int with too many digits' is in frame"):
+        read_planning_scene(text.encode(), {})
+    request = f"group_name: {huge}\ngoal_constraints: [{{joint_constraints: [{{joint_name: {huge}, "
+    found = read_motion_request(f"{request}position: 1}}]}}]".encode())
+    assert found.group == "int with too many digits"
+
+
 def test_padded_links_are_said(caplog: pytest.LogCaptureFixture) -> None:
     tell_once.cache_clear()
     with caplog.at_level(logging.INFO):
