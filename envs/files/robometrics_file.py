@@ -65,8 +65,8 @@ class RobometricsProblem:
         obstacles: in the world's frame.
         names: of the obstacles.
         frame: the link whose frame the world's is; "" for the robot's base.
-        buffer: of inverse kinematics, in metres: below 0, the goals were found with a robot whose
-            spheres are smaller by that, since there were none with it as it is.
+        buffer: what was added to the radii of the robot's spheres when the goals were sought, in
+            metres: below 0, there were none with the spheres as they are.
     """
 
     scene: str
