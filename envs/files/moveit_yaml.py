@@ -118,7 +118,9 @@ def _known_frames(content: Mapping[Any, Any], frames: Mapping[str, Array]) -> di
         name = _frame_named(one.get("child_frame_id", ""))
         said = mapping_of(one.get("transform") or {}, "transform")
         pose = _pose(said.get("translation"), said.get("rotation"))
-        there = _frame_of(one, known, f"frame {name!r}") @ pose
+        # The planning frame, which is the world's, is written as one in itself.
+        in_itself = _header_frame(one) == name
+        there = pose if in_itself else _frame_of(one, known, f"frame {name!r}") @ pose
         as_known = (np.eye(4), known.get(name, there))
         if name in known and not any(np.allclose(there, still) for still in as_known):
             raise InputError(f"frame {name!r} is moved, but poses are in it; write them in its own")
@@ -131,10 +133,14 @@ def _frame_named(value: Any) -> str:
     return name_of(value).removeprefix("/")
 
 
+def _header_frame(entry: Mapping[Any, Any]) -> str:
+    header = mapping_of(entry.get("header") or {}, "header")
+    return _frame_named(header.get("frame_id", ""))
+
+
 def _frame_of(entry: Mapping[Any, Any], frames: Mapping[str, Array], what: str) -> Array:
     """The pose (4, 4) of the frame that the header of something names."""
-    header = mapping_of(entry.get("header") or {}, "header")
-    frame = _frame_named(header.get("frame_id", ""))
+    frame = _header_frame(entry)
     if frame not in frames:
         raise InputError(f"{what} is in frame {frame!r}; {suggestion(frame, frames)}")
     return frames[frame]

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from envs.collision.shapes import Box, Cylinder, PlacedShape, Solid, Sphere
-from envs.errors import InputError, brief, input_error_of, suggestion
+from envs.errors import InputError, brief, input_error_of, suggestion, tell_once
 from envs.files.git_lfs import check_file_is_no_pointer
 from envs.files.paths import atomic_write, cache_folder, exists
 from envs.files.yaml_text import (
@@ -46,6 +46,9 @@ from envs.problem import Array
 
 _MOST_BYTES = 2**26
 """Of a file; that of the largest set has 13 MB."""
+
+_LARGE = 2**20
+"""Bytes that take a second or so."""
 
 _KEPT = 1
 """The version of what is kept of a file."""
@@ -141,8 +144,13 @@ def _scenes(file: Path, digest: str) -> Mapping[str, Sequence[Any]]:
         found = json.loads(kept.read_bytes())
         if isinstance(found, dict):
             return found
+    text = file.read_bytes()
+    if len(text) > _LARGE:
+        tell_once(
+            f"{file}: it is parsed once, which takes some {len(text) / _LARGE:.0f} s, and kept"
+        )
     try:
-        content = mapping_of(parsed_yaml(file.read_bytes()), "its content")
+        content = mapping_of(parsed_yaml(text), "its content")
         scenes = {name_of(name): _shortened(name, problems) for name, problems in content.items()}
         if not any(scenes.values()):
             raise InputError("it has no problems")

@@ -147,6 +147,15 @@ def test_frames_are_in_others_that_come_before(tmp_path: Path) -> None:
         read(made.scene(can, fixed_frame_transforms=[frame("b", "c", 2)]))
 
 
+def test_the_planning_frame_is_the_worlds_whatever_it_is_called() -> None:
+    """MoveIt writes it as a frame in itself."""
+    still = {"translation": [0, 0, 0], "rotation": [0, 0, 0, 1]}
+    own = {"child_frame_id": "odom", "header": {"frame_id": "odom"}, "transform": still}
+    can = {**made.box("can", made.pose(1, 2), 1, 1, 1), "header": {"frame_id": "odom"}}
+    found = read(made.scene(can, fixed_frame_transforms=[own]))
+    assert found.obstacles[0].pose[:3, 3].tolist() == [1, 2, 0]
+
+
 def test_names_may_be_whatever_yaml_has() -> None:
     """A number of more digits than Python writes is not what ends a run."""
     huge = "0x" + "f" * 5000
