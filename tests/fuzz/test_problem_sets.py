@@ -159,18 +159,14 @@ def test_motion_requests() -> None:
     fuzzed("motion requests", contents(samples), read_motion_request, check)
 
 
-def changes_of(content: bytes) -> list[st.SearchStrategy[bytes]]:
-    return [st.binary(min_size=8, max_size=8).map(lambda seed: flipped(seed, content))]
-
-
 def test_archives_of_problems(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each of another content, of which nothing is kept."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     pair = mbm_files.scene(WALL), mbm_files.request([0, 0], [1, 1])
     mbm_files.write(tmp_path / "panda", {"box_panda": [pair] * 2})
     file = tmp_path / "problems.tar.bz2"
-    with_sum = (tmp_path / "panda" / file.name).read_bytes()
-    plain = bz2.decompress(with_sum)  # which tarfile takes as well, and has sums of heads alone
+    packed = (tmp_path / "panda" / file.name).read_bytes()
+    plain = bz2.decompress(packed)  # which tarfile takes as well, and has sums of heads alone
 
     def parse(content: bytes) -> ProblemFiles:
         file.write_bytes(content)
@@ -180,7 +176,7 @@ def test_archives_of_problems(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         assert all(0 <= number <= 9999 for number in found.numbers)
 
     def changed(seed: bytes) -> bytes:
-        return flipped(seed, random.Random(seed).choice([plain, plain, with_sum]))
+        return flipped(seed, random.Random(seed).choice([plain, plain, packed]))
 
     inputs = [st.binary(min_size=8, max_size=8).map(changed)]
     fuzzed("archives of problems", inputs, parse, check)
@@ -238,17 +234,27 @@ def reader(file: Path) -> Callable[[bytes], GivenProblems]:
     return parse
 
 
-@pytest.mark.parametrize("ending", POSED)
-def test_problems_of_ones_own(ending: str, tmp_path: Path) -> None:
-    def check(given: GivenProblems) -> None:
-        assert given.posed
-        for one in given.posed:
-            assert len(one.goals) > 0
-            assert np.isfinite(one.start).all()
-            assert np.isfinite(one.goals).all()
-            assert one.goals.shape[1] == len(one.start)
-        same = GivenProblems.of_data(json.loads(json.dumps(given.data)))
-        assert same.digest == given.digest
+def check_given(given: GivenProblems) -> None:
+    assert given.posed
+    for one in given.posed:
+        assert len(one.goals) > 0
+        assert np.isfinite(one.start).all()
+        assert np.isfinite(one.goals).all()
+        assert one.goals.shape[1] == len(one.start)
+    same = GivenProblems.of_data(json.loads(json.dumps(given.data)))
+    assert same.digest == given.digest
 
-    name = f"problems as {ending.upper()}"
-    fuzzed(name, contents(POSED[ending]), reader(tmp_path / f"own.{ending}"), check)
+
+def test_problems_as_json(tmp_path: Path) -> None:
+    parse = reader(tmp_path / "own.json")
+    fuzzed("problems as JSON", contents(POSED["json"]), parse, check_given)
+
+
+def test_problems_as_yaml(tmp_path: Path) -> None:
+    parse = reader(tmp_path / "own.yaml")
+    fuzzed("problems as YAML", contents(POSED["yaml"]), parse, check_given)
+
+
+def test_problems_as_csv(tmp_path: Path) -> None:
+    parse = reader(tmp_path / "own.csv")
+    fuzzed("problems as CSV", contents(POSED["csv"]), parse, check_given)
