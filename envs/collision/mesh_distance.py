@@ -164,12 +164,11 @@ def nearest_triangles(
 
 
 @njit_cached
-def leaves_apart(trees: Any, leaf: int, others: Any, other_leaf: int, pose: Any) -> float:
-    """How far the triangles of two leaves are apart, the other one's mesh at a pose (3, 4) in the
-    frame of the first's."""
+def triangles_apart(trees: Any, leaf: int, others: Any, other: int, pose: Any) -> float:
+    """The distance of the triangles of two leaves, see `mesh_to_mesh`."""
     triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
     _take_triangle(trees, leaf, triangle)
-    _take_triangle(others, other_leaf, other_triangle)
+    _take_triangle(others, other, other_triangle)
     moved(other_triangle, pose, there)
     return float(triangle_to_triangle(triangle, there))
 

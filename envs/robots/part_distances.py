@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from envs.collision.gjk import moved
-from envs.collision.mesh_distance import leaves_apart, nearest_triangles
+from envs.collision.mesh_distance import nearest_triangles, triangles_apart
 from envs.collision.separation import pose_between, separation
 from envs.collision.shapes import ROW
 from envs.compiled import njit_cached
@@ -99,7 +99,7 @@ def _meshes_are_within(
     asked first when it has some."""
     trees, between = shapes.trees, np.empty((3, 4))
     pose_between(shapes, i, pose, shapes, j, there, between)
-    if near[0] >= 0 and leaves_apart(trees, near[0], trees, near[1], between) <= reach:
+    if near[0] >= 0 and triangles_apart(trees, near[0], trees, near[1], between) <= reach:
         return True
     # Ends at the first triangles that are no farther; asked a little beyond to see the others.
     found, leaf, other_leaf = nearest_triangles(
