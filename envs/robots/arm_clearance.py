@@ -21,8 +21,9 @@ from envs.collision.separation import are_beyond, separated
 from envs.collision.shapes import ROW
 from envs.compiled import njit_cached, njit_hot, parallel_for
 from envs.problem import Array
-from envs.robots.arm import RobotArrays, motion_bounds
+from envs.robots.arm import RobotArrays
 from envs.robots.kinematic_tree import body_poses
+from envs.robots.motion_bounds import motion_bounds
 
 _NEAR = 0.03
 """Metres up to which links that are meshes are asked how far their surfaces are apart."""
