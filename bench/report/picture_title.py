@@ -6,6 +6,9 @@ import re
 
 from bench.report.chosen_paths import Shown
 
+_JOINTS = r"(?<=/)|(?<=:)(?=\w+=)|(?<=,)(?=\s*[A-Za-z]\w*[= ])"
+"""Where names may be parted: after a slash, and before an argument's name or further words."""
+
 _WIDTH = 0.65
 """Of a character, by the font's size: more than nearly all are."""
 
@@ -23,14 +26,15 @@ def picture_title(name: str, shown: Shown | None, inches: float, points: float) 
 
 
 def in_lines(text: str, most: int) -> str:
-    """A text in lines of at most so many characters, ended after commas, colons and slashes, or
-    wherever one of what stands between these is longer."""
+    """A text in lines of at most so many characters, parted between arguments and folders, or
+    wherever one of these is longer."""
     lines = [""]
-    for piece in re.findall(r"[^,:/]*[,:/]\s*|[^,:/]+", text):
-        if len((lines[-1] + piece).rstrip()) > most:
+    for piece in re.split(_JOINTS, text):
+        if len(lines[-1] + piece) > most:
             lines.append("")
-        while len(piece.rstrip()) > most:
+        piece = piece if lines[-1] else piece.lstrip()
+        while len(piece) > most:
             lines[-1], piece = piece[:most], piece[most:]
             lines.append("")
         lines[-1] += piece
-    return "\n".join(line.rstrip() for line in lines if line)
+    return "\n".join(filter(None, lines))

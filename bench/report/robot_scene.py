@@ -247,7 +247,7 @@ def _draw_scale(axes: Axes, stage: _Stage) -> None:
 def _draw_legend(figure: Figure, followed: str, refused: bool) -> None:
     keys = [
         Patch(color=_START, label="start"),
-        Patch(color=_GOAL, label="goal"),
+        Patch(color=_GOAL, label="goal, or end of a refused path" if refused else "goal"),
         Patch(color="tab:gray", alpha=0.4, label="on the way"),
         Line2D([], [], color="tab:gray", linewidth=1.8, label=followed),
     ]

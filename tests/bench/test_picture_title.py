@@ -22,6 +22,7 @@ from bench.report.picture_title import in_lines, picture_title
         ("arm4, problem 12", 11, ["arm4,", "problem 12"]),
         ("a=1234567890,b", 5, ["a=123", "45678", "90,b"]),
         ("x", 1, ["x"]),
+        ('arm:volume="-1,-1,1,1",tip=a', 23, ['arm:volume="-1,-1,1,1",', "tip=a"]),
     ],
 )
 def test_lines_end_where_a_name_has_joints(text: str, most: int, lines: list[str]) -> None:
