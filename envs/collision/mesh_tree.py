@@ -36,11 +36,12 @@ class Trees(NamedTuple):
 
 
 def trees_of(meshes: Sequence[Mesh]) -> tuple[Trees, NDArray[np.int64]]:
-    """Trees of meshes, and the first node of each (n,)."""
-    _grow(list(dict.fromkeys(mesh for mesh in meshes if mesh not in _known)))
-    each = [_known[mesh] for mesh in meshes]
+    """Trees of meshes, and the first node of each (n,). Equal ones share a tree."""
+    numbers = {mesh: number for number, mesh in enumerate(dict.fromkeys(meshes))}
+    _grow([mesh for mesh in numbers if mesh not in _known])
+    each, places = [_known[mesh] for mesh in numbers], [numbers[mesh] for mesh in meshes]
     if len(each) == 1:  # as it is: a large one need not be there twice
-        return each[0], np.zeros(1, dtype=np.int64)
+        return each[0], np.zeros(len(meshes), dtype=np.int64)
     nodes = np.cumsum([0, *(len(tree.radii) for tree in each)])
     faces = np.cumsum([0, *(len(tree.triangles) for tree in each)])
     children = [
@@ -48,7 +49,8 @@ def trees_of(meshes: Sequence[Mesh]) -> tuple[Trees, NDArray[np.int64]]:
         for tree, node, face in zip(each, nodes, faces, strict=False)
     ]
     whole = [tree._replace(child=child) for tree, child in zip(each, children, strict=True)]
-    return Trees(*map(np.concatenate, zip(_NONE, *whole, strict=True))), nodes[:-1]
+    joined = Trees(*map(np.concatenate, zip(_NONE, *whole, strict=True)))
+    return joined, nodes[np.array(places, dtype=np.int64)]
 
 
 _NONE = Trees(
