@@ -19,6 +19,7 @@ from matplotlib.patheffects import Normal, Stroke
 
 from bench.report.chosen_paths import Shown, colours
 from bench.report.picture_file import save
+from bench.report.picture_title import picture_title
 from bench.report.postures import RobotShape, along, drawable, free_posture, triangles_of
 from bench.report.projection import (
     CUT_OPEN,
@@ -40,6 +41,7 @@ _GHOSTS = 6
 _GHOST_OPACITY = (0.25, 0.45)  # from start to goal, so that one sees which way it goes
 _TRACE_POINTS = 400
 _INCHES = 4.8  # of a panel's width
+_TITLE_POINTS, _TITLE_INCHES = 12.0, 0.2  # and the height of a further line
 _PAD = 0.08  # about panels and titles, in inches
 _PIXELS_PER_INCH = 300  # twice the file's, which smooths edges
 _BORDER = 0.02  # about all that is drawn, by the side of a box about where the robot comes to
@@ -107,7 +109,9 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
     rows = math.ceil(len(panels) / columns)
     wide, high = stage.upper - stage.lower
     with mpl.rc_context({"font.size": 10}):
-        size = (_INCHES * columns, (_INCHES * high / wide + 0.4) * rows + 0.5)
+        title = picture_title(name, shown, _INCHES * columns, _TITLE_POINTS)
+        above = 0.5 + _TITLE_INCHES * title.count("\n")
+        size = (_INCHES * columns, (_INCHES * high / wide + 0.4) * rows + above)
         figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(h_pad=_PAD))
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes in grid.flat:
@@ -115,8 +119,7 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
         for axes, panel in zip(grid.flat, panels, strict=False):
             _draw_panel(axes, stage, panel)
         _draw_scale(grid.flat[0], stage)
-        title = name if shown is None else f"{name}, problem {shown.problem}"
-        figure.suptitle(title, fontsize=min(12.0, 110 * size[0] / len(title)))
+        figure.suptitle(title, fontsize=_TITLE_POINTS)
         if shown is not None:
             _draw_legend(figure, env.trace_label, any(panel.refused for panel in panels))
         save(figure, file)
@@ -249,7 +252,7 @@ def _draw_scale(axes: Axes, stage: _Stage) -> None:
 def _draw_legend(figure: Figure, followed: str, refused: bool) -> None:
     keys = [
         Patch(color=_START, label="start"),
-        Patch(color=_GOAL, label="goal"),
+        Patch(color=_GOAL, label="goal, or end of a refused path" if refused else "goal"),
         Patch(color="tab:gray", alpha=0.4, label="on the way"),
         Line2D([], [], color="tab:gray", linewidth=1.8, label=followed),
     ]

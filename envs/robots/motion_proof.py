@@ -15,9 +15,9 @@ import numpy as np
 from envs.collision.continuous import compiled_is_covered
 from envs.collision.separation import are_beyond, is_allowed, separated
 from envs.compiled import njit_cached
-from envs.robots.arm import motion_bounds
 from envs.robots.arm_clearance import moved_rows, share_of_pairs, within_reach
 from envs.robots.kinematic_tree import body_poses
+from envs.robots.motion_bounds import motion_bounds
 
 
 @njit_cached
