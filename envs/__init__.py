@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from envs.errors import InputError
 from envs.registry import Registry, Spec
 from envs.scenes.motion_bench_maker_sets import SETS
+from envs.scenes.robometrics_scenes import SCENES
 
 if TYPE_CHECKING:
     from envs.environment import Environment
@@ -77,7 +78,7 @@ REGISTRY: Registry[Environment] = Registry(
         Spec(
             "arm",
             "envs.scenes.arms:UserArm",
-            "any robot from a URDF, or by name, among solids from a YAML file (urdf, robot, scene, "
+            "any robot from a URDF, or by name, among solids from a file (urdf, robot, scene, "
             "self_collision, geometry, srdf, group, tip, joints, state, pose)",
             in_all=False,
         ),
@@ -126,11 +127,31 @@ REGISTRY: Registry[Environment] = Registry(
             for robot, names in SETS.items()
             for name in names
         ),
+        Spec(
+            "robometrics",
+            "envs.scenes.robometrics:Robometrics",
+            "robometrics' problems of Franka's Panda with lists of goals, each in a scene of its "
+            "own, from a copy of its YAML (set, file, scene, problem, urdf, srdf, robot)",
+            in_all=False,
+        ),
+        *(
+            Spec(
+                f"robometrics-{set}-{name.removesuffix('_panda').replace('_', '-')}",
+                "envs.scenes.robometrics:Robometrics",
+                f"robometrics' {name} of the set {set} (file, problem, urdf, srdf, robot)",
+                {"set": set, "scene": name},
+                groups=(f"robometrics-{set}",),
+                in_all=False,
+            )
+            for set, names in SCENES.items()
+            for name in names
+        ),
     ],
     entry_point_group="bench.envs",
     base="envs.environment:Environment",
     of_files={
         ".urdf": "an arm is arm:urdf={}",
+        ".scene": "an arm in it is arm:robot=NAME,scene={}",
         ".cfg": "a problem of OMPL.app is omplapp:file={}",
         **dict.fromkeys(
             (".3dmap", ".bmp", ".map", ".npy", ".pgm", ".png"), "an occupancy grid is grid:file={}"

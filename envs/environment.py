@@ -18,7 +18,7 @@ from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_model import Allowed, CollisionModel, Prover
 from envs.collision.part_scenes import PartScenes
-from envs.collision.shapes import Obstacle, Robot
+from envs.collision.shapes import Bodies, Obstacle, Robot
 from envs.problem import Array, Problem
 from envs.spaces import Coordinates, Space
 from envs.speed_model import SpeedModel
@@ -171,6 +171,12 @@ class Environment(ABC):
         upright; by default not. Then a curve tells all of a path, and learners may look about a
         configuration among the obstacles."""
         return False
+
+    @property
+    def drawn_robot(self) -> Bodies:
+        """The robot as pictures show it, where more of it is to be seen than what collides; by
+        default `robot`."""
+        return self.robot
 
     @property
     def rooms(self) -> Allowed | None:

@@ -52,10 +52,12 @@ class UnknownNameError(InputError):
         super().__init__(f"unknown {kind} {name!r}; {instead or suggestion(name, known)}")
 
 
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """The nearest of `known` to a misspelt `name`, or all of them where none is near."""
+def suggestion(name: object, known: Iterable[str]) -> str:
+    """The nearest of `known` to a misspelt `name`, which may be anything from outside, or all of
+    them where none is near."""
     names = sorted(known)
-    near = difflib.get_close_matches(name, names, n=2, cutoff=0.5)
+    text = name if isinstance(name, str) else brief(name)
+    near = difflib.get_close_matches(text, names, n=2, cutoff=0.5)
     if near:
         return "did you mean " + " or ".join(repr(n) for n in near) + "?"
     return "choose from: " + ", ".join(names) if names else "there is nothing to choose from"

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from envs.problem import Array
-from envs.robots.arm import Arm, part_bounds
+from envs.robots.arm import Arm
 from envs.robots.kinematic_tree import KinematicTree, Link
+from envs.robots.motion_bounds import part_bounds
 
 
 def greatest_speeds(arm: Arm, a: Array, b: Array, steps: int = 40) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import signal
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
@@ -37,6 +38,16 @@ CASES = {
     "voxels of Moving AI": 1200,
     "images and arrays of maps": 1200,
     "problems of Moving AI": 1200,
+    "planning scenes": 1200,
+    "scenes in text": 1200,
+    "motion requests": 1200,
+    "archives of problems": 300,
+    "problems of robometrics": 1200,
+    "problems as JSON": 1200,
+    "problems as YAML": 1200,
+    "problems as CSV": 1200,
+    "meshes of text": 1200,
+    "meshes of bytes": 600,
 }
 """How many inputs each parser is given."""
 
@@ -100,6 +111,18 @@ def fuzzed(
     assert ran >= cases
     assert len(tried) >= DISTINCT * ran, f"only {len(tried)} of {ran} were distinct"
     assert _BOTH * ran <= accepted <= (1 - _BOTH) * ran, f"{accepted} of {ran} were accepted"
+
+
+def flipped(seed: bytes, content: bytes) -> bytes:
+    """Some content of a file with a few of its bytes changed, those at the beginning oftenest, or
+    cut off."""
+    rng = random.Random(seed)
+    changed = bytearray(content)
+    for _ in range(rng.randint(1, 4)):
+        at = int(len(changed) * rng.random() ** rng.choice((1, 3)))
+        changed[at] = rng.choice((0, 255, 10, 32, 57, rng.randrange(256)))
+    kept = len(changed) if rng.random() < 0.9 else rng.randrange(len(changed))
+    return bytes(changed[:kept])
 
 
 def accepted_or_refused(parse: Callable[[], T]) -> tuple[T] | None:

@@ -18,7 +18,7 @@ from bench.analysis import claims, timing
 from bench.analysis.summary import common_problems, faults, left_out_of_common, summarise
 from bench.judging.metric import Metric
 from bench.judging.metrics import known_metrics
-from bench.judging.problem_facts import BLOCKED, FREE
+from bench.judging.problem_facts import BLOCKED, FREE, UNKNOWN
 from bench.storage.store import StoredRecords
 from envs import InputError
 
@@ -299,9 +299,12 @@ def _origin(selection: dict[str, Any]) -> str:
 
 
 def _counts(selection: dict[str, Any]) -> str:
-    """How many problems each environment has."""
+    """How many problems each environment has; lists may leave numbers out."""
     numbers = _problems_of(selection)
-    counts = [numbers[env["fingerprint"]] for env in selection["envs"]]
+    counts = [
+        numbers[env["fingerprint"]] - str(env.get("straight_lines", "")).count(UNKNOWN)
+        for env in selection["envs"]
+    ]
     if len(set(counts)) == 1:
         return f"{counts[0]} problems an environment"
     names = [env["id"] for env in selection["envs"]]

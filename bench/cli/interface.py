@@ -7,7 +7,6 @@ command imports what it needs when it is carried out.
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 import click
 
 from bench import __version__
+from bench.cli import options
 from bench.cli.command_group import Command, Commands
 
 
@@ -41,94 +41,23 @@ def _command(name: str, does: str, short_help: str) -> Callable[[Callable[..., N
     return declared
 
 
-def _ids(package: str) -> Callable[[click.Context, click.Parameter, str], list[str]]:
-    """What a shell completes the last of some names with commas between to: ids of a registry."""
-
-    def complete(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
-        names = [spec.id for spec in import_module(package).REGISTRY.specs()]
-        before, comma, last = text.rpartition(",")
-        return [before + comma + name for name in names if name.startswith(last)]
-
-    return complete
-
-
-_ENVS, _PLANNERS = _ids("envs"), _ids("planners")
-
-
-def _folder(name: str) -> Callable[[Any], Any]:
-    """A folder that run wrote."""
-    return click.argument(name, type=click.Path(path_type=Path), metavar=name.upper())
-
-
-def _file(*names: str, metavar: str, help: str, **more: Any) -> Callable[[Any], Any]:
-    return click.option(*names, type=click.Path(path_type=Path), metavar=metavar, help=help, **more)
-
-
-_planner_file = _file(
-    "--planner-file",
-    metavar="FILE.py",
-    help="of Python whose planners are to be known too; may be given several times",
-    multiple=True,
-)
-_metric_file = _file(
-    "--metric-file",
-    metavar="FILE.py",
-    help="of Python whose metrics are to be measured too; may be given several times",
-    multiple=True,
-)
-_metrics = click.option(
-    "--metrics",
-    metavar="NAMES",
-    help="to compare by, besides success (default: time_s,length,safety_margin)",
-)
-_wide = click.option(
-    "--wide", is_flag=True, help="print tables whole, also where the terminal is narrower"
-)
-_device = click.option(
-    "--device",
-    default="cpu",
-    metavar="DEVICE",
-    help="of learned planners, cpu or cuda (default: cpu)",
-)
-
-
-_env = click.option(
-    "--env",
-    required=True,
-    metavar="ENV",
-    shell_complete=_ENVS,
-    help="an environment, as in c3d:scene=3",
-)
-_problem_file = _file(
-    "--problem-file",
-    metavar="FILE",
-    help="of problems (.csv, .json, .yaml), in place of drawn ones",
-)
-_problems = click.option(
-    "--problems",
-    type=int,
-    metavar="N",
-    help="an environment (default: 50, of sets of problems all)",
-)
-
-
 @_command("run", "commands:run", "measure planners and print a table")
 @click.option(
     "--env",
     required=True,
     metavar="ENVS",
-    shell_complete=_ENVS,
+    shell_complete=options.ENVS,
     help="environments, as in c3d,c3d:scene=3,boxes=20",
 )
 @click.option(
     "--planners",
     default="all",
     metavar="PLANNERS",
-    shell_complete=_PLANNERS,
+    shell_complete=options.PLANNERS,
     help="planners, as in fmm,rrtstar:range=2; or all, or paper (default: all)",
 )
-@_problems
-@_problem_file
+@options.problems
+@options.problem_file
 @click.option(
     "--repeats", type=int, default=1, metavar="N", help="attempts at each problem (default: 1)"
 )
@@ -157,20 +86,20 @@ _problems = click.option(
     is_flag=True,
     help="attempt problems, and count them, whose start or goal the judge refuses",
 )
-@_planner_file
-@_metric_file
-@_device
+@options.planner_file
+@options.metric_file
+@options.device
 @click.option("--no-train", is_flag=True, help="skip learned planners that have no weights")
-@_file("--out", metavar="DIR", help="(default: results/runs/ENV)")
+@options.file("--out", metavar="DIR", help="(default: results/runs/ENV)")
 @click.option("--force", is_flag=True, help="measure again what DIR holds")
-@_wide
+@options.wide
 def run() -> None:
     """Runs every planner on the same problems, each in its own process, judges every path, and
     prints a table. What DIR holds already is not measured again."""
 
 
 @_command("train", "commands:train", "train a learned planner for an environment")
-@_env
+@options.env
 @click.option("--planner", required=True, metavar="P", help="a learned planner, as in ntfields")
 @click.option(
     "--minutes", type=float, metavar="M", help="how long (default: the planner's own steps)"
@@ -179,8 +108,8 @@ def run() -> None:
 @click.option(
     "--device", default="cpu", metavar="DEVICE", help="of PyTorch, cpu or cuda (default: cpu)"
 )
-@_file("--out", metavar="FILE", help="of the weights (default: the user's cache)")
-@_planner_file
+@options.file("--out", metavar="FILE", help="of the weights (default: the user's cache)")
+@options.planner_file
 def train() -> None:
     """Trains a learned planner, or goes on where an interrupted training stopped. Runs find its
     weights afterwards, unless others are shipped."""
@@ -200,16 +129,16 @@ def train() -> None:
     default="deviation",
     help="what stands after each mean (default: deviation)",
 )
-@_metric_file
-@_file("--out", metavar="DIR", help="(default: the run's own)")
-@_wide
+@options.metric_file
+@options.file("--out", metavar="DIR", help="(default: the run's own)")
+@options.wide
 def report() -> None:
     """Writes reports of what was last run into each DIR, or one report of all into --out, and
     prints the tables."""
 
 
 @_command("compare", "commands:compare", "compare two runs, or two planners of one")
-@_folder("a")
+@options.folder("a")
 @click.argument("b", required=False, type=click.Path(path_type=Path), metavar="[B]")
 @click.option(
     "--planners",
@@ -217,19 +146,19 @@ def report() -> None:
     metavar="P,Q",
     help="P of A against Q of B; or one name, in both (default: all that are in both)",
 )
-@_metrics
-@_metric_file
-@_file("--out", metavar="FILE.csv", help="the table, unrounded")
-@_planner_file
-@_wide
+@options.metrics
+@options.metric_file
+@options.file("--out", metavar="FILE.csv", help="the table, unrounded")
+@options.planner_file
+@options.wide
 def compare() -> None:
     """Compares planners on the problems that two runs, or two planners of one run, share: success
     and metrics, with tests and verdicts."""
 
 
 @_command("check", "commands:check", "fail if a run is worse than a baseline")
-@_folder("dir")
-@_file("--baseline", metavar="FILE.csv", help="kept with the code", required=True)
+@options.folder("dir")
+@options.file("--baseline", metavar="FILE.csv", help="kept with the code", required=True)
 @click.option("--update", is_flag=True, help="write the baseline from DIR, and check nothing")
 @click.option(
     "--alpha",
@@ -251,10 +180,10 @@ def compare() -> None:
     metavar="SHARE",
     help="by how much ratios may get worse (default: 0.1)",
 )
-@_metric_file
-@_file("--out", metavar="FILE.md", help="what is printed, as a file too")
-@_planner_file
-@_wide
+@options.metric_file
+@options.file("--out", metavar="FILE.md", help="what is printed, as a file too")
+@options.planner_file
+@options.wide
 def check() -> None:
     """Tests whether planners solve fewer problems than in a baseline, or do worse by what --ratios
     names, and says how small a fall it would notice. Exit code 1 for a regression, 3 if nothing
@@ -262,55 +191,41 @@ def check() -> None:
 
 
 @_command("show", "commands:show", "draw an environment and paths")
-@click.option("--env", required=True, metavar="ENV", shell_complete=_ENVS)
-@_file("--paths", metavar="DIR", help="a folder that run wrote")
+@click.option("--env", required=True, metavar="ENV", shell_complete=options.ENVS)
+@options.file("--paths", metavar="DIR", help="a folder that run wrote")
 @click.option(
     "--planners",
     default="all",
     metavar="PLANNERS",
-    shell_complete=_PLANNERS,
+    shell_complete=options.PLANNERS,
     help="whose paths (default: all there are)",
 )
 @click.option("--problem", type=int, metavar="I", help="(default: the longest path's)")
-@_file("--out", metavar="FILE.png", help="the picture", required=True)
-@_planner_file
+@options.file("--out", metavar="FILE.png", help="the picture", required=True)
+@options.planner_file
 def show() -> None:
     """Draws an environment, and one problem with every planner's path from a run."""
 
 
-class _Numbers(click.ParamType):  # type: ignore[type-arg]
-    """Numbers with commas between."""
-
-    name = "numbers"
-
-    def convert(
-        self, value: Any, parameter: click.Parameter | None, context: click.Context | None
-    ) -> tuple[float, ...]:
-        try:
-            return tuple(float(part) for part in value.split(","))
-        except ValueError:
-            self.fail(f"{value!r} is not numbers with commas between", parameter, context)
-
-
 @_command("field", "commands:field", "draw the time fields of planners")
-@click.option("--env", required=True, metavar="ENV", shell_complete=_ENVS)
+@click.option("--env", required=True, metavar="ENV", shell_complete=options.ENVS)
 @click.option(
     "--planners",
     default="fmm,ntfields,ief3d",
     metavar="PLANNERS",
-    shell_complete=_PLANNERS,
+    shell_complete=options.PLANNERS,
     help="(default: fmm,ntfields,ief3d)",
 )
 @click.option(
     "--source",
-    type=_Numbers(),
+    type=options.Numbers(),
     metavar="X,Y,Z",
     help="of the times, and place of the slice (default: near a corner, where most is filled)",
 )
-@_device
+@options.device
 @click.option("--no-train", is_flag=True, help="refuse learned planners that have no weights")
-@_file("--out", metavar="FILE.png", help="the picture", required=True)
-@_planner_file
+@options.file("--out", metavar="FILE.png", help="the picture", required=True)
+@options.planner_file
 def field() -> None:
     """Draws predicted speed (colour) and arrival time from a source (lines) on a slice, a column a
     planner, with the relative error of the time against fast marching."""
@@ -319,8 +234,10 @@ def field() -> None:
 @_command("paper", "commands:paper", "the paper's tables and figures beside ours")
 @click.option("--only", metavar="NAME", help="of the experiments, as in c3d,gibson (default: all)")
 @click.option("--quick", is_flag=True, help="fewer problems, and say so in every caption")
-@_file("--out", metavar="DIR", help="(default: results/runs/paper, or results/runs/paper-quick)")
-@_wide
+@options.file(
+    "--out", metavar="DIR", help="(default: results/runs/paper, or results/runs/paper-quick)"
+)
+@options.wide
 def paper() -> None:
     """Carries out the paper's experiments, or goes on where it stopped, and prints each table
     beside the paper's figures. DIR holds paper.md, its pictures, and every table as CSV."""
@@ -331,14 +248,14 @@ def paper() -> None:
     "what", required=False, type=click.Choice(["planners", "envs", "metrics", "robots"])
 )
 @click.option("--json", is_flag=True, help="as JSON, with all that is known of each")
-@_planner_file
+@options.planner_file
 def list_() -> None:
     """Lists what is registered; without an argument planners and environments."""
 
 
 @_command("judge", "commands:judge", "judge paths of a file")
-@_env
-@_file(
+@options.env
+@options.file(
     "--paths",
     metavar="FILE",
     help="of paths: .csv, .json, .npz, or .txt as OMPL's printAsMatrix prints them",
@@ -350,13 +267,13 @@ def list_() -> None:
     metavar="N",
     help="of the environment, as in a run; FILE may name these (default: any that there are)",
 )
-@_problem_file
+@options.problem_file
 @click.option(
     "--seed", type=int, metavar="S", help="of the problems, as in a run (default: FILE's own, or 0)"
 )
 @click.option("--json", is_flag=True, help="as JSON, with all that is known of each path")
-@_metric_file
-@_wide
+@options.metric_file
+@options.wide
 def judge() -> None:
     """Judges each path of FILE, whatever program made it, and prints its verdict, where it first
     touches what, and all metrics that need no clock. A path that names no problem is judged from
@@ -365,19 +282,19 @@ def judge() -> None:
 
 
 @_command("paths", "commands:paths", "write a run's paths to a file")
-@_folder("dir")
+@options.folder("dir")
 @click.option("--planner", metavar="P", help="a planner of that run (default: the only one)")
 @click.option(
     "--env",
     metavar="ENV",
-    shell_complete=_ENVS,
+    shell_complete=options.ENVS,
     help="an environment of that run (default: the only one)",
 )
 @click.option(
     "--repeat", type=int, default=0, metavar="R", help="which attempts, from 0 (default: 0)"
 )
-@_file("--out", metavar="FILE", help=".csv, .json, .npz or .txt", required=True)
-@_planner_file
+@options.file("--out", metavar="FILE", help=".csv, .json, .npz or .txt", required=True)
+@options.planner_file
 def paths() -> None:
     """Writes what a planner did in a run, with problems and times, to a file that judge reads, and
     that a run replays as the planner recorded:file=FILE."""
@@ -389,13 +306,13 @@ def paths() -> None:
     "--env",
     default="c3d",
     metavar="ENV",
-    shell_complete=_ENVS,
+    shell_complete=options.ENVS,
     help="an environment (default: c3d)",
 )
 @click.option(
     "--time-limit", type=float, default=2.0, metavar="SECONDS", help="a problem (default: 2)"
 )
-@_planner_file
+@options.planner_file
 def test_planner() -> None:
     """Has a planner solve a few problems in processes of its own, and prints a line for each thing
     it must keep to. Exit code 1 if it does not."""
@@ -406,15 +323,15 @@ def test_planner() -> None:
     "--env",
     required=True,
     metavar="ENVS",
-    shell_complete=_ENVS,
+    shell_complete=options.ENVS,
     help="environments, as in mbm-panda or c3d,arm6",
 )
-@_problems
-@_problem_file
+@options.problems
+@options.problem_file
 @click.option("--seed", type=int, default=0, metavar="S", help="of problems (default: 0)")
-@_file("--out", metavar="FILE", help="to write the problems to, for --problem-file")
+@options.file("--out", metavar="FILE", help="to write the problems to, for --problem-file")
 @click.option("--json", is_flag=True, help="as JSON, an entry an environment")
-@_wide
+@options.wide
 def problems() -> None:
     """Has the judge look at the start and goal of every problem, and prints for each environment
     how many problems are valid as posed, and of the others why not: which joint is beyond its
@@ -422,7 +339,7 @@ def problems() -> None:
 
 
 @_command("replay", "commands:replay", "make one attempt of a run again")
-@_folder("dir")
+@options.folder("dir")
 @click.option("--planner", required=True, metavar="P", help="a planner of that run")
 @click.option("--problem", type=int, required=True, metavar="I", help="the index of a problem")
 @click.option(
@@ -431,10 +348,10 @@ def problems() -> None:
 @click.option(
     "--env",
     metavar="ENV",
-    shell_complete=_ENVS,
+    shell_complete=options.ENVS,
     help="an environment of that run (default: the only one)",
 )
-@_planner_file
+@options.planner_file
 def replay() -> None:
     """Makes one attempt again from what a run's store holds, and says whether path and verdict are
     the same. Exit code 1 if they are not."""

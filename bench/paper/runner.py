@@ -121,7 +121,7 @@ def _read(file: Path) -> Experiment:
     kind = data.pop("kind", None)
     made = KINDS.get(kind) if isinstance(kind, str) else None
     if made is None:
-        raise InputError(f"{file}: kind {brief(kind)}; {suggestion(brief(kind), KINDS)}")
+        raise InputError(f"{file}: kind {brief(kind)}; {suggestion(kind, KINDS)}")
     try:
         return _checked(made, file.stem, data)
     except InputError as error:

@@ -14,6 +14,7 @@ from matplotlib.patches import Circle
 
 from bench.report.chosen_paths import Shown, colours
 from bench.report.picture_file import save
+from bench.report.picture_title import picture_title
 from bench.report.postures import drawable, triangles_of
 from envs import Environment
 from envs.collision.shapes import Obstacle
@@ -22,6 +23,7 @@ from envs.problem import Array
 _GREY = (0.42, 0.43, 0.48)
 _SIDE = 7.0  # of the longer side of the map, in inches
 _NARROWEST = 2.5
+_TITLE_POINTS = 10.8
 _FLAT = 1e-3  # the cosine of how steep a face may be that is seen from above
 
 
@@ -48,7 +50,7 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
         axes.set_ylim(lower[1] - radius, upper[1] + radius)
         axes.set_aspect("equal")
         axes.set_xlabel(env.units["workspace"])
-        axes.set_title(name if shown is None else f"{name}, problem {shown.problem}")
+        axes.set_title(picture_title(name, shown, size[0], _TITLE_POINTS), fontsize=_TITLE_POINTS)
         if shown is not None and paths:
             _draw_paths(axes, radius, paths, shown)
         save(figure, file)

@@ -14,6 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from bench.report.chosen_paths import Shown, colours
 from bench.report.picture_file import save
+from bench.report.picture_title import picture_title
 from bench.report.postures import drawable, triangles_of
 from bench.report.projection import CUT_OPEN, Projection, seen_when_cut_open
 from envs import Environment
@@ -23,6 +24,7 @@ _GREY = (0.62, 0.63, 0.68)
 _FROM_ASIDE = Projection(24, -62)
 _OPACITY = 0.45  # of obstacles about which there is free space
 _ABOVE_PATHS = 1.0  # where a building is cut off, in workspace units
+_TITLE_POINTS = 10.8
 
 
 def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
@@ -54,7 +56,9 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
         axes.set_box_aspect(upper - lower)
         axes.view_init(elev=view.elevation, azim=view.azimuth)
         axes.computed_zorder = False  # paths in front of obstacles
-        axes.set_title(name if shown is None else f"{name}, problem {shown.problem}")
+        axes.set_title(
+            picture_title(name, shown, figure.get_figwidth(), _TITLE_POINTS), fontsize=_TITLE_POINTS
+        )
         if shown is not None and paths:
             _draw_paths(axes, paths, shown)
         save(figure, file)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from envs import Environment
-from envs.collision.shapes import Obstacle
+from envs.collision.shapes import Bodies, Obstacle
 from envs.problem import Array
 from envs.spaces import Space
 
@@ -77,13 +77,17 @@ def free_posture(env: Environment) -> Array:
 class RobotShape:
     """The surfaces of an environment's robot.
 
+    Args:
+        env: the environment.
+        bodies: what is shown of the robot.
+
     Attributes:
         links: of each shape that moves its triangles (n, 3, 3), in its own frame.
         still: triangles (n, 3, 3) of what does not move, with what the robot stands on.
     """
 
-    def __init__(self, env: Environment) -> None:
-        self._env, self._robot = env, env.robot
+    def __init__(self, env: Environment, bodies: Bodies) -> None:
+        self._env, self._robot = env, bodies
         surfaces = [triangles_of([solid]) for solid in self._robot.shapes]
         anywhere = env.space.sample(np.random.default_rng(0), 1)[0]
         fixed = self._robot.poses(anywhere)[self._robot.moving :]
@@ -106,7 +110,7 @@ class RobotShape:
         """Corners (3,) of a box about what does not move, and about where the robot and the points
         that are traced come to, by many random configurations."""
         draws = self._env.space.sample(np.random.default_rng(0), _REACHED)
-        places = [self._robot.trace(draws), self.triangles(draws[0]), self.still]
+        places = [self._env.robot.trace(draws), self.triangles(draws[0]), self.still]
         reached = np.concatenate([place.reshape(-1, 3) for place in places])
         return reached.min(axis=0), reached.max(axis=0)
 

@@ -19,6 +19,7 @@ from matplotlib.patheffects import Normal, Stroke
 
 from bench.report.chosen_paths import Shown, colours
 from bench.report.picture_file import save
+from bench.report.picture_title import picture_title
 from bench.report.postures import RobotShape, along, drawable, free_posture, triangles_of
 from bench.report.projection import (
     CUT_OPEN,
@@ -40,11 +41,13 @@ _GHOSTS = 6
 _GHOST_OPACITY = (0.25, 0.45)  # from start to goal, so that one sees which way it goes
 _TRACE_POINTS = 400
 _INCHES = 4.8  # of a panel's width
+_TITLE_POINTS, _TITLE_INCHES = 12.0, 0.2  # and the height of a further line
 _PAD = 0.08  # about panels and titles, in inches
 _PIXELS_PER_INCH = 300  # twice the file's, which smooths edges
 _BORDER = 0.02  # about all that is drawn, by the side of a box about where the robot comes to
 _SCALES = (1, 2, 5)  # lengths, by powers of ten
 _SCALE_SHARE = 0.3  # its length by a panel's width, at most
+_SCALE_STRIP = 0.07  # of that width, kept clear below what is drawn
 _LOOKED_AT = 2000  # faces of the robot of which it is asked whether they are hidden
 _TIE = 5e-4  # by that side
 _ABOVE_PATHS = 0.05  # where a building is cut off, by that side
@@ -106,7 +109,9 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
     rows = math.ceil(len(panels) / columns)
     wide, high = stage.upper - stage.lower
     with mpl.rc_context({"font.size": 10}):
-        size = (_INCHES * columns, (_INCHES * high / wide + 0.4) * rows + 0.5)
+        title = picture_title(name, shown, _INCHES * columns, _TITLE_POINTS)
+        above = 0.5 + _TITLE_INCHES * title.count("\n")
+        size = (_INCHES * columns, (_INCHES * high / wide + 0.4) * rows + above)
         figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(h_pad=_PAD))
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes in grid.flat:
@@ -114,8 +119,7 @@ def draw(env: Environment, name: str, shown: Shown | None, file: Path) -> None:
         for axes, panel in zip(grid.flat, panels, strict=False):
             _draw_panel(axes, stage, panel)
         _draw_scale(grid.flat[0], stage)
-        title = name if shown is None else f"{name}, problem {shown.problem}"
-        figure.suptitle(title, fontsize=min(12.0, 110 * size[0] / len(title)))
+        figure.suptitle(title, fontsize=_TITLE_POINTS)
         if shown is not None:
             _draw_legend(figure, env.trace_label, any(panel.refused for panel in panels))
         save(figure, file)
@@ -135,7 +139,7 @@ def _panels(env: Environment, shown: Shown) -> list[_Panel]:
 
 def _stage(env: Environment, paths: Sequence[Array]) -> _Stage:
     """`paths` are those that are to be seen."""
-    robot = RobotShape(env)
+    robot = RobotShape(env, env.drawn_robot)
     shares = np.linspace(0, 1, _GHOSTS + 2)
     postures = np.concatenate([along(env.space, path, shares) for path in paths])
     moving = np.concatenate([robot.triangles(q) for q in postures])
@@ -173,11 +177,14 @@ def _cut_open(rooms: Allowed, obstacles: Sequence[Obstacle], height: float) -> l
 
 
 def _framed(flat: Array, border: float) -> tuple[Array, Array]:
-    """Corners (2,) of a picture about points (n, 2), neither too tall nor too flat."""
+    """Corners (2,) of a picture about points (n, 2), neither too tall nor too flat, with a strip
+    below them for the scale."""
     lower, upper = flat.min(axis=0) - border, flat.max(axis=0) + border
     wide, high = upper - lower
     missing = np.array([max(high / _TALLEST - wide, 0.0), max(wide * _FLATTEST - high, 0.0)])
-    return lower - missing / 2, upper + missing / 2
+    lower, upper = lower - missing / 2, upper + missing / 2
+    lower[1] -= _SCALE_STRIP * (upper[0] - lower[0])
+    return lower, upper
 
 
 def _layer(view: Projection, triangles: Array, colour: str, opacity: float) -> Layer:
@@ -232,10 +239,11 @@ def _draw_trace(axes: Axes, stage: _Stage, panel: _Panel, path: Array) -> None:
 
 def _draw_scale(axes: Axes, stage: _Stage) -> None:
     """A length, which holds across the line of sight, in the left lower corner."""
-    most = _SCALE_SHARE * (stage.upper[0] - stage.lower[0])
+    wide = stage.upper[0] - stage.lower[0]
+    most = _SCALE_SHARE * wide
     decade = 10.0 ** math.floor(math.log10(most))
     length = max(decade * x for x in _SCALES if decade * x <= most * (1 + 1e-9))
-    x, y = stage.lower + _BORDER * stage.side
+    x, y = stage.lower[0] + _BORDER * stage.side, stage.lower[1] + _SCALE_STRIP / 4 * wide
     axes.plot([x, x + length], [y, y], "|-", color="black", linewidth=1, markersize=6)
     text = f"{length:g} {stage.env.units['workspace']}"
     axes.annotate(text, (x + length / 2, y), (0, 4), textcoords="offset points", ha="center")
@@ -244,7 +252,7 @@ def _draw_scale(axes: Axes, stage: _Stage) -> None:
 def _draw_legend(figure: Figure, followed: str, refused: bool) -> None:
     keys = [
         Patch(color=_START, label="start"),
-        Patch(color=_GOAL, label="goal"),
+        Patch(color=_GOAL, label="goal, or end of a refused path" if refused else "goal"),
         Patch(color="tab:gray", alpha=0.4, label="on the way"),
         Line2D([], [], color="tab:gray", linewidth=1.8, label=followed),
     ]

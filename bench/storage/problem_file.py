@@ -18,7 +18,7 @@ import hashlib
 import io
 import json
 import math
-import re
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -26,11 +26,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from envs import Environment, InputError, Problem
 from envs.errors import brief, input_error_of, suggestion
+from envs.files.git_lfs import check_is_no_pointer
+from envs.files.json_text import parsed_json
 from envs.files.paths import atomic_write
+from envs.files.yaml_text import parsed_yaml
 from envs.problem import Array
 from envs.seeding import derived_seed
 
@@ -88,8 +90,10 @@ class GivenProblems:
         with input_error_of(f"cannot read {file}", UnicodeDecodeError):
             if file.stat().st_size > _MOST_BYTES:
                 raise InputError(f"{file} has more than {_MOST_BYTES} bytes")
-            text = file.read_bytes().decode("utf-8-sig")
+            content = file.read_bytes()
+            text = content.decode("utf-8-sig")
         try:
+            check_is_no_pointer(content)
             posed = tuple(_READERS[file.suffix.lower()](text))
         except ValueError as error:
             raise InputError(f"{file}: {' '.join(str(error).split())}") from error
@@ -190,39 +194,20 @@ def _columns(end: str, size: int) -> list[str]:
 
 
 def _of_json(text: str) -> Iterator[PosedProblem]:
-    try:
-        content = json.loads(text)
-    except RecursionError as error:
-        raise ValueError("it is nested too deep") from error
-    return _of_entries(_listed(content))
-
-
-class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """Takes 1e-3 for a number, which in YAML 1.1 needs a point."""
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?(\d+|\d*\.\d+|\d+\.)[eE][-+]?\d+"),
-    [*"-+.0123456789"],
-)
+    return _of_entries(_listed(parsed_json(text)))
 
 
 def _of_yaml(text: str) -> Iterator[PosedProblem]:
     if len(text) > _MOST_YAML:
         raise ValueError(f"YAML of at most {_MOST_YAML} characters is read; use JSON or CSV")
-    try:
-        content = yaml.load(text, _Loader)
-    except (yaml.YAMLError, RecursionError) as error:
-        raise ValueError(f"not YAML, mend it: {error}") from error
-    return _of_entries(_listed(content))
+    return _of_entries(_listed(parsed_yaml(text.encode())))
 
 
 def _listed(content: Any) -> Any:
     if isinstance(content, dict):
         for key in content:
             if key != "problems":
-                raise ValueError(f"unknown key {brief(key)}; {suggestion(str(key), ['problems'])}")
+                raise ValueError(f"unknown key {brief(key)}; {suggestion(key, ['problems'])}")
         content = content.get("problems")
     if not isinstance(content, list):
         raise ValueError("it must be a list of problems, or a mapping with one as 'problems'")
@@ -236,7 +221,7 @@ def _of_entries(entries: Sequence[Any]) -> Iterator[PosedProblem]:
             raise ValueError(f"{row}: a problem has start and goal, it is {brief(entry)}")
         for key in entry:
             if key not in _KEYS:
-                raise ValueError(f"{row}: unknown key {brief(key)}; {suggestion(str(key), _KEYS)}")
+                raise ValueError(f"{row}: unknown key {brief(key)}; {suggestion(key, _KEYS)}")
         if "start" not in entry or ("goal" in entry) == ("goals" in entry):
             raise ValueError(f"{row}: a problem has a start, and either a goal or goals")
         goals = [entry["goal"]] if "goal" in entry else entry["goals"]
@@ -262,13 +247,13 @@ def _numbers(values: Any, what: str) -> Array:
         raise ValueError(f"{what} must be a list of numbers, not {brief(values)}")
     for value in values:
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (is_number and abs(value) < math.inf):
+        if not (is_number and abs(value) <= sys.float_info.max):
             raise ValueError(f"{what} must have finite numbers, not {brief(value)}")
     return np.array(values, dtype=np.float64)
 
 
 def _of_csv(text: str) -> Iterator[PosedProblem]:
-    rows = [row for row in csv.reader(io.StringIO(text), strict=True) if any(map(str.strip, row))]
+    rows = [row for row in _rows(text) if any(map(str.strip, row))]
     if not rows:
         return
     has_names = any(_number(cell) is None for cell in rows[0])
@@ -288,6 +273,14 @@ def _of_csv(text: str) -> Iterator[PosedProblem]:
     for (called, start), together in groupby(_with_alone(read), key=lambda one: one[0]):
         several = [entry for _, entry in together]
         yield _posed(several[0][0], list(start), [goal for *_, goal in several], str(called))
+
+
+def _rows(text: str) -> list[list[str]]:
+    reader = csv.reader(io.StringIO(text), strict=True)
+    try:
+        return list(reader)
+    except csv.Error as error:
+        raise ValueError(f"line {reader.line_num}: it is no CSV: {error}") from error
 
 
 def _with_alone(read: Sequence[Any]) -> Iterator[Any]:

@@ -23,7 +23,7 @@ from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_obstacles import broad_phases, fcl_transform, placed_in_fcl
 from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
 from envs.collision.separation import Shapes, clearances_of_each, contacts_array, shapes_of
-from envs.collision.shapes import POINT, Obstacle, Robot
+from envs.collision.shapes import POINT, Mesh, Obstacle, Robot, Solid
 from envs.problem import Array
 from envs.spaces import Space
 
@@ -336,5 +336,12 @@ def _looked_up(robot: Robot) -> tuple[list[fcl.CollisionGeometry], Shapes]:
     """A robot's shapes as FCL has them and as compiled code does, made once for as long as there is
     the robot: scenes of problem sets share one, and its meshes take long."""
     if robot not in _KNOWN:
-        _KNOWN[robot] = [shape.fcl_geometry() for shape in robot.shapes], shapes_of(robot.shapes)
+        _KNOWN[robot] = _geometries(robot.shapes), shapes_of(robot.shapes)
     return _KNOWN[robot]
+
+
+def _geometries(solids: Sequence[Solid]) -> list[fcl.CollisionGeometry]:
+    """Solids as FCL has them. Of meshes, equal ones share what takes long to make."""
+    meshes = dict.fromkeys(solid for solid in solids if isinstance(solid, Mesh))
+    made = {mesh: mesh.fcl_geometry() for mesh in meshes}
+    return [made[s] if isinstance(s, Mesh) else s.fcl_geometry() for s in solids]

@@ -113,12 +113,21 @@ def mesh_to_mesh(
     """A lower bound of the distance between the surfaces of two meshes, the other one at a pose
     (3, 4) in the frame of the first; or `most`, if it is no less; or that of some triangles, as
     soon as it is no more than `enough`. See `solid_to_mesh`."""
+    return float(nearest_triangles(trees, root, others, other_root, pose, most, enough)[0])
+
+
+@njit_cached
+def nearest_triangles(
+    trees: Any, root: int, others: Any, other_root: int, pose: Any, most: float, enough: float
+) -> tuple[float, int, int]:
+    """As `mesh_to_mesh`, and the leaves of the two triangles that are so far apart, -1 if none
+    are."""
     triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
     nodes = np.empty((2 * _DEEPEST, 2), dtype=np.int64)
     bounds = np.empty(2 * _DEEPEST)
     nodes[0, 0], nodes[0, 1] = root, other_root
     bounds[0] = _node_to_node(trees, root, others, other_root, pose, most)
-    waiting, least = 1, most
+    waiting, least, leaf, other_leaf = 1, most, -1, -1
     # Depth first, the nearer half first. No triangles of two nodes are nearer than the nodes are,
     # so that pairs which are no nearer than what was found can be left out.
     while waiting and least > enough:
@@ -130,7 +139,9 @@ def mesh_to_mesh(
             _take_triangle(trees, a, triangle)
             _take_triangle(others, b, other_triangle)
             moved(other_triangle, pose, there)
-            least = min(least, triangle_to_triangle(triangle, there))
+            apart = triangle_to_triangle(triangle, there)
+            if apart < least:
+                least, leaf, other_leaf = apart, a, b
             continue
         # The larger of the two: halving the smaller one would bring them hardly any farther apart.
         splits_a = others.child[b] < 0 or (trees.child[a] >= 0 and trees.radii[a] > others.radii[b])
@@ -149,7 +160,17 @@ def mesh_to_mesh(
         if two < least:
             nodes[waiting, 0], nodes[waiting, 1], bounds[waiting] = a2, b2, two
             waiting += 1
-    return least
+    return least, leaf, other_leaf
+
+
+@njit_cached
+def triangles_apart(trees: Any, leaf: int, others: Any, other: int, pose: Any) -> float:
+    """The distance of the triangles of two leaves, see `mesh_to_mesh`."""
+    triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
+    _take_triangle(trees, leaf, triangle)
+    _take_triangle(others, other, other_triangle)
+    moved(other_triangle, pose, there)
+    return float(triangle_to_triangle(triangle, there))
 
 
 @njit_cached

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.shapes import Mesh
-from envs.compiled import njit_cached
+from envs.compiled import njit_cached, parallel_for
 from envs.problem import Array
 
 
@@ -36,10 +36,12 @@ class Trees(NamedTuple):
 
 
 def trees_of(meshes: Sequence[Mesh]) -> tuple[Trees, NDArray[np.int64]]:
-    """Trees of meshes, and the first node of each (n,)."""
-    each = [_tree_of(mesh) for mesh in meshes]
+    """Trees of meshes, and the first node of each (n,). Equal ones share a tree."""
+    numbers = {mesh: number for number, mesh in enumerate(dict.fromkeys(meshes))}
+    _grow([mesh for mesh in numbers if mesh not in _known])
+    each, places = [_known[mesh] for mesh in numbers], [numbers[mesh] for mesh in meshes]
     if len(each) == 1:  # as it is: a large one need not be there twice
-        return each[0], np.zeros(1, dtype=np.int64)
+        return each[0], np.zeros(len(meshes), dtype=np.int64)
     nodes = np.cumsum([0, *(len(tree.radii) for tree in each)])
     faces = np.cumsum([0, *(len(tree.triangles) for tree in each)])
     children = [
@@ -47,7 +49,8 @@ def trees_of(meshes: Sequence[Mesh]) -> tuple[Trees, NDArray[np.int64]]:
         for tree, node, face in zip(each, nodes, faces, strict=False)
     ]
     whole = [tree._replace(child=child) for tree, child in zip(each, children, strict=True)]
-    return Trees(*map(np.concatenate, zip(_NONE, *whole, strict=True))), nodes[:-1]
+    joined = Trees(*map(np.concatenate, zip(_NONE, *whole, strict=True)))
+    return joined, nodes[np.array(places, dtype=np.int64)]
 
 
 _NONE = Trees(
@@ -55,14 +58,21 @@ _NONE = Trees(
     *(np.zeros(0, dtype=np.int64), np.zeros((0, 9))),
 )
 
+_FEW = 32
+"""Triangles of a node that are sorted by insertion, which takes no longer."""
+
 _known: WeakKeyDictionary[Mesh, Trees] = WeakKeyDictionary()
 
 
-def _tree_of(mesh: Mesh) -> Trees:
-    """Made once for as long as there is the mesh."""
-    if mesh not in _known:
-        _known[mesh] = _grown(mesh.vertices[mesh.faces])
-    return _known[mesh]
+def _grow(meshes: Sequence[Mesh]) -> None:
+    """Makes the trees of meshes, each once for as long as there is the mesh, on as many threads as
+    Numba may use."""
+
+    def some(part: slice) -> None:
+        for mesh in meshes[part]:
+            _known[mesh] = _grown(mesh.vertices[mesh.faces])
+
+    parallel_for(some, len(meshes), 1)
 
 
 def _grown(corners: Array) -> Trees:
@@ -81,11 +91,11 @@ def _grown(corners: Array) -> Trees:
         child[~inner] = -1 - leaves
         triangles[leaves] = (corners[leaves] - middles[~inner][:, None]).reshape(-1, 9)
         levels.append((middles, halves, axes, radii, child))
-        owner = np.repeat(np.arange(len(sizes)), sizes)
-        along = np.einsum("nki,ni->n", corners[order], axes[owner, 2])
-        order = order[np.lexsort((along, owner))][inner[owner]]
-        first = sizes[inner] // 2
-        sizes = np.stack([first, sizes[inner] - first], axis=1).ravel()
+        order, sizes, longest = order[np.repeat(inner, sizes)], sizes[inner], axes[inner, 2]
+        along = np.einsum("nki,ni->n", corners[order], np.repeat(longest, sizes, axis=0))
+        _sort_each(order, along, sizes)
+        first = sizes // 2
+        sizes = np.stack([first, sizes - first], axis=1).ravel()
     middles, halves, axes, radii, child = map(np.concatenate, zip(*levels, strict=True))
     return Trees(middles, halves, axes, radii, child, triangles)
 
@@ -100,6 +110,26 @@ def _bounds(
     middles, halves, radii = _boxes(corners, order, sizes, means, axes)
     more = _ROUNDING * np.abs(corners).max()
     return middles, halves + more, axes, radii + more
+
+
+@njit_cached
+def _sort_each(order: Any, along: Any, sizes: Any) -> None:
+    """Sorts an order (m,) by numbers (m,) within each node; those that are alike stay as they
+    are."""
+    begin = 0
+    for size in sizes:
+        end = begin + size
+        if size > _FEW:
+            places = np.argsort(along[begin:end], kind="mergesort")
+            order[begin:end] = order[begin:end][places]
+        else:
+            for n in range(begin + 1, end):
+                number, key, at = order[n], along[n], n
+                while at > begin and along[at - 1] > key:
+                    order[at], along[at] = order[at - 1], along[at - 1]
+                    at -= 1
+                order[at], along[at] = number, key
+        begin = end
 
 
 @njit_cached

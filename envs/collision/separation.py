@@ -131,12 +131,20 @@ def meshes_apart(
 ) -> float:
     """`mesh_to_mesh` of shape i of `a` and shape j of `b`, given the poses (3, 4) of the frames
     that they are placed in."""
-    here, there, between = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
+    between = np.empty((3, 4))
+    pose_between(a, i, pose, b, j, at, between)
+    return float(mesh_to_mesh(a.trees, a.roots[i], b.trees, b.roots[j], between, most, enough))
+
+
+@njit_cached
+def pose_between(a: Any, i: int, pose: Any, b: Any, j: int, at: Any, between: Any) -> None:
+    """Writes the pose (3, 4) of shape j of `b` in the frame of shape i of `a`, given those of the
+    frames that they are placed in."""
+    here, there, back = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
     compose(pose, a.poses[i], here)
-    undo(here, between)
+    undo(here, back)
     compose(at, b.poses[j], there)
-    compose(between, there, here)
-    return float(mesh_to_mesh(a.trees, a.roots[i], b.trees, b.roots[j], here, most, enough))
+    compose(back, there, between)
 
 
 def contacts_array(may_touch: NDArray[np.bool_] | None) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -32,3 +32,11 @@ class AllowedCollisionMatrix:
     def pairs(self, names: Collection[str]) -> frozenset[frozenset[str]]:
         """The pairs of some names that may touch."""
         return frozenset(frozenset(pair) for pair in combinations(names, 2) if self.allows(*pair))
+
+    def touching(
+        self, links: Collection[str], objects: Collection[str]
+    ) -> Callable[[str, str], bool]:
+        """Whether a link may touch an object, by their names. A name that is a link's stands for
+        that alone."""
+        among = frozenset(objects) - frozenset(links)
+        return lambda link, name: name in among and self.allows(link, name)

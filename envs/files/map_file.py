@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 from envs.errors import InputError, suggestion
+from envs.files.git_lfs import check_file_is_no_pointer
 from envs.files.map_formats.cells import FREE, OCCUPIED, Cells, Reader
 from envs.files.map_formats.moving_ai import Scenarios, read_scenarios
 from envs.files.paths import exists
@@ -78,4 +79,5 @@ def _existing(file: str) -> Path:
     path = Path(file)
     if "\0" in file or not exists(path.is_file):
         raise InputError(f"no such file: {file}")
+    check_file_is_no_pointer(path)
     return path

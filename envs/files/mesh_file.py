@@ -15,6 +15,7 @@ from envs.collision.enclosure import Surface
 from envs.collision.shapes import Mesh
 from envs.collision.shells import Shells
 from envs.errors import InputError
+from envs.files.git_lfs import check_file_is_no_pointer
 from envs.files.mesh_formats import dae, glb, obj, off, ply, stl
 from envs.files.mesh_formats.soup import MOST_FACES, Soup
 from envs.files.paths import exists
@@ -75,7 +76,16 @@ def read_mesh(file: str | Path) -> FileMesh:
         raise InputError(f"{file} holds no faces; a cloud of points has to be meshed first")
     if len(soup.faces) > MOST_FACES:
         raise InputError(f"{file} has {len(soup.faces)} faces, more than {MOST_FACES}: simplify it")
-    return _cleaned(soup, file)
+    return cleaned(soup, file)
+
+
+def read_surface(file: str | Path) -> Soup:
+    """Reads the triangles of a file that `read_mesh` takes as they are, for pictures.
+
+    Raises:
+        InputError: there is no such file, or it cannot be read.
+    """
+    return _read(file)
 
 
 def read_points(file: str | Path) -> Array:
@@ -98,6 +108,7 @@ def _read(file: str | Path) -> Soup:
         )
     if not exists(path.is_file):
         raise InputError(f"no such file: {file}")
+    check_file_is_no_pointer(path)
     size = path.stat().st_size
     if size == 0:
         raise InputError(f"{file} is empty")
@@ -118,7 +129,12 @@ def _parsed(path: Path) -> Soup:
     return soup
 
 
-def _cleaned(soup: Soup, file: str | Path) -> FileMesh:
+def cleaned(soup: Soup, file: str | Path) -> FileMesh:
+    """The mesh of triangles that are usable, see `Soup.check`; `file` is what messages call it.
+
+    Raises:
+        InputError: none of them has an area.
+    """
     vertices, faces = _merged(soup.vertices, soup.faces, file)
     mesh = trimesh.Trimesh(vertices / _unit(vertices), faces, process=False)
     mesh.update_faces(mesh.nondegenerate_faces())

@@ -29,6 +29,7 @@ from pathlib import Path
 import numpy as np
 
 from envs.errors import InputError, brief, input_error_of, suggestion
+from envs.files.git_lfs import check_file_is_no_pointer
 from envs.files.paths import exists, safe_join
 from envs.problem import Array
 
@@ -107,6 +108,7 @@ def read_problem(file: str | Path) -> RigidBodyProblem:
         raise InputError(f"no such file: {file}")
     if path.stat().st_size > _MOST_BYTES:
         raise InputError(f"{file} has more than {_MOST_BYTES} bytes, which no problem needs")
+    check_file_is_no_pointer(path)
     with input_error_of(f"cannot read {file}", UnicodeDecodeError):
         text = path.read_text(encoding="utf-8-sig")
     return _Section(dict(_entries(text, file)), file).problem(path.parent)

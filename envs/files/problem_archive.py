@@ -11,6 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from envs.errors import InputError, UnknownNameError, input_error_of
+from envs.files.git_lfs import check_file_is_no_pointer
 from envs.files.paths import atomic_write, cache_folder
 
 _MEMBER = re.compile(r"problems/(?P<set>\w+)/(?P<kind>scene|request)(?P<number>\d{4})\.yaml")
@@ -56,6 +57,7 @@ def read_problem_files(archive: Path, name: str) -> ProblemFiles:
     Raises:
         InputError: the archive cannot be read, or has no such set.
     """
+    check_file_is_no_pointer(archive)
     with input_error_of(f"{archive} cannot be read"):
         digest = hashlib.sha256(archive.read_bytes()).hexdigest()[:16]
     return _read(archive, digest, name)

@@ -21,14 +21,19 @@ from envs.collision.separation import are_beyond, separated
 from envs.collision.shapes import ROW
 from envs.compiled import njit_cached, njit_hot, parallel_for
 from envs.problem import Array
-from envs.robots.arm import RobotArrays, motion_bounds
+from envs.robots.arm import RobotArrays
 from envs.robots.kinematic_tree import body_poses
+from envs.robots.motion_bounds import motion_bounds
 
 NEAR = 0.03
 """Metres up to which links that are meshes are asked how far their surfaces are apart."""
 
 TOUCHING = -1e-9
 """The clearance where something touches, which says no more than that."""
+
+_ASKED = 0.51
+"""Of a motion, of which half on either side of where it is asked is all; a little more, so that
+rounding leaves no rest."""
 
 _BLOCK = 4096
 """Configurations that a thread takes at a time."""
@@ -157,6 +162,31 @@ def _least(arm: Any, scenes: Any, bodies: Any) -> float:
 
 
 @njit_cached
+def keeps(arm: Any, scenes: Any, pairs: Any, q: Any, kept: float, order: Any) -> bool:
+    """Whether an arm keeps more than `kept` from obstacles, and the parts of its own pairs and of
+    others (k, 3), see `RobotArrays.branches`, from each other, at a configuration (d,). Found out
+    sooner than any clearance. A motion to where it does not is never proved to be free.
+
+    Args:
+        order: (moving,) in which the parts are asked. One that is too near comes first from then
+            on: of many configurations it is mostly the same few.
+    """
+    bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
+    body_poses(arm.tree, q, bodies)
+    for place in range(arm.moving):
+        part = order[place]
+        if _of_part(arm, scenes, bodies[arm.bodies[part]], part, 2 * kept) <= kept:
+            order[0], order[place] = order[place], order[0]
+            return False
+    rows = moved_rows(arm, bodies)
+    for some in (arm.branches, pairs):
+        for n in range(len(some)):
+            if apart(arm, bodies, rows, some[n, 0], some[n, 1], 2 * kept)[0] <= kept:
+                return False
+    return True
+
+
+@njit_cached
 def segment_is_free(arm: Any, scenes: Any, a: Any, b: Any, tolerance: float) -> bool:
     """Whether the straight motion from a to b (d,) is proved free of collision.
 
@@ -164,32 +194,31 @@ def segment_is_free(arm: Any, scenes: Any, a: Any, b: Any, tolerance: float) -> 
     base move little, and may be near obstacles; and one for each pair of parts: links of a wrist
     are near each other wherever it moves them.
     """
-    bounds, parts = np.empty(arm.moving), np.empty(arm.moving)
-    nearing = np.empty(len(arm.branches))
+    bounds, nearing = np.empty(arm.moving), np.empty(len(arm.branches))
     motion_bounds(arm, a, b, bounds, nearing)
-    motion = (arm, scenes, a, b, tolerance, bounds, nearing, parts)
-    return compiled_is_covered(_share_free, motion, 1.0)
+    return compiled_is_covered(_share_free, (arm, scenes, a, b, tolerance, bounds, nearing), 1.0)
 
 
 @njit_cached
 def _share_free(motion: Any, t: float) -> float:
-    """How much of a motion about t is proved free, or -1 where it is not."""
-    arm, scenes, a, b, tolerance, bounds, nearing, parts = motion
+    """How much of a motion about t is proved free, as far as that is asked (`_ASKED`), or -1 where
+    it is not."""
+    arm, scenes, a, b, tolerance, bounds, nearing = motion
     bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
     body_poses(arm.tree, a + t * (b - a), bodies)
-    for part in range(arm.moving):  # farther away than this is far enough for all of the motion
-        parts[part] = bounds[part] + 2 * tolerance
-    _from_obstacles(arm, scenes, bodies, parts)
-    if parts.min() <= tolerance:
-        return -1.0
-    share: float = np.inf
-    for part in range(arm.moving):
+    kept, share = tolerance / 2, _ASKED
+    for part in range(arm.moving - 1, -1, -1):  # those farther out first, see `_least`
+        # Farther away than this, it does not lessen the share.
+        enough = max(share * bounds[part] + kept, 2 * tolerance - kept)
+        least = _of_part(arm, scenes, bodies[arm.bodies[part]], part, enough)
+        if least <= tolerance:
+            return -1.0
         if bounds[part] > 0:
-            share = min(share, (parts[part] - tolerance / 2) / bounds[part])
+            share = min(share, (least - kept) / bounds[part])
     if len(nearing) == 0:
         return share
     rows = moved_rows(arm, bodies)
-    return share_of_pairs(arm, bodies, rows, nearing, tolerance, tolerance / 2, share)[0]
+    return share_of_pairs(arm, bodies, rows, nearing, tolerance, kept, share)[0]
 
 
 @njit_cached

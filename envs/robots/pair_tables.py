@@ -120,9 +120,21 @@ def _tables(arm: Arm, pairs: list[tuple[NDArray[np.int64], list[int]]]) -> PairT
     many = cells + (_MOST_PARTED * _FINER**2 if k else 0)
     none, used = np.full(cells, -1), np.array([cells])
     proved, unproved = np.full(many, -1.0), np.full(many, np.inf)
-    axes = coordinates, lower, width, counts, wraps
     together = np.full(cells, np.inf)
-    return PairTables(rows, *axes, firsts, together, none, used, proved, unproved)
+    return PairTables(
+        rows,
+        coordinates,
+        lower,
+        width,
+        counts,
+        wraps,
+        firsts,
+        together,
+        none,
+        used,
+        proved,
+        unproved,
+    )
 
 
 @njit_cached

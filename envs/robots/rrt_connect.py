@@ -17,7 +17,7 @@ from envs.collision.part_scenes import PartScenes
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 from envs.robots.arm import RobotArrays
-from envs.robots.arm_clearance import segment_is_free
+from envs.robots.arm_clearance import keeps, segment_is_free
 from envs.robots.swept_pairs import NONE, motion_keeps_apart
 
 ITERATIONS = 4000
@@ -39,7 +39,8 @@ def is_connected(
     """Whether a search that draws `samples` (n, d) joins two configurations (d,) by motions that
     are certified to a tolerance in metres; what they keep apart besides the arm's pairs are pairs
     (k, 3) of `swept_pairs`."""
-    return bool(_joined((arm, swept, scenes, tolerance), start, goal, samples, STEP))
+    outward = np.arange(arm.moving)[::-1].copy()
+    return bool(_joined((arm, swept, scenes, tolerance, outward), start, goal, samples, STEP))
 
 
 @njit_hot
@@ -77,7 +78,10 @@ def _nearest(wraps: Any, tree: Any, size: int, q: Any) -> int:
 @njit_cached
 def _is_free(motions: Any, a: Any, b: Any) -> bool:
     """Whether the motion from a to b (d,) is proved free."""
-    arm, swept, scenes, tolerance = motions
+    arm, swept, scenes, tolerance, order = motions
+    # What is in the way of a motion is nearly always in the way at its end, too.
+    if not keeps(arm, scenes, swept, b, tolerance / 2, order):
+        return False
     if not segment_is_free(arm, scenes, a, b, tolerance):
         return False
     return bool(motion_keeps_apart(arm, swept, a, b, tolerance))
@@ -102,7 +106,7 @@ def _extended(motions: Any, tree: Any, size: int, q: Any, step: float) -> tuple[
 @njit_cached
 def _joined(motions: Any, start: Any, goal: Any, samples: Any, step: float) -> bool:
     """See `is_connected`; motions are those of an arm and its swept pairs, in a scene, certified to
-    a tolerance."""
+    a tolerance, its parts asked in an order that changes, see `keeps`."""
     if _is_free(motions, start, _reached(motions[0].tree.wraps, start, goal)):
         return True
     trees = np.empty((2, 20 * len(samples), len(start)))

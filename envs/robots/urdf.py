@@ -78,6 +78,18 @@ def read_urdf(
     return tree, parts
 
 
+def joint_graph_of(file: Path) -> JointGraph:
+    """The links and joints of a URDF, with none between the robot and the world.
+
+    Raises:
+        InputError: there is no such file, or it describes no robot; names the file.
+    """
+    try:
+        return JointGraph(parsed(file)[0])
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from error
+
+
 def _tell_of_locked(locked: Mapping[str, Value], file: Path) -> None:
     if locked:
         named = [f"{name!r} at {_written(value)}" for name, value in locked.items()]

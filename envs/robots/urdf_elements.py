@@ -14,6 +14,7 @@ import yourdfpy
 
 from envs.collision.shapes import LARGEST
 from envs.errors import InputError, reason
+from envs.files.git_lfs import check_is_no_pointer
 from envs.files.paths import exists
 
 _READ = {
@@ -28,9 +29,10 @@ _READ = {
 
 _READ_OF_JOINT = {
     "fixed": ("parent", "child", "origin"),
-    "continuous": ("parent", "child", "origin", "axis", "mimic"),
+    "continuous": ("parent", "child", "origin", "axis", "limit", "mimic"),
 }
-"""Those of joints of some types: what was left in one when it was made fixed, say, is idle."""
+"""Those of joints of some types: what was left in one when it was made fixed, say, is idle. Of the
+limits of a continuous one only that of velocity is read."""
 
 _NEEDED = {"parent": ("link",), "child": ("link",), "mimic": ("joint",)}
 """Attributes that elements of joints must have."""
@@ -95,7 +97,9 @@ def read_xml(file: Path, kind: str) -> ElementTree.Element:
     if size > _MOST_BYTES:
         raise InputError(f"has {size} bytes; {kind}s of at most {_MOST_BYTES} are read")
     try:
-        root = _tree(_from_its_beginning(file.read_bytes()))
+        content = file.read_bytes()
+        check_is_no_pointer(content)
+        root = _tree(_from_its_beginning(content))
     except InputError:
         raise
     except expat.ExpatError as error:
@@ -180,6 +184,9 @@ def _as_read(element: ElementTree.Element) -> ElementTree.Element:
     for child in element:
         if child.tag in wanted or element.tag == "geometry":
             copy.append(_as_read(child))
+    if copy.get("type") == "continuous":
+        for limit in copy.findall("limit"):
+            limit.attrib = {key: text for key, text in limit.items() if key == "velocity"}
     return copy
 
 
@@ -233,6 +240,17 @@ def _check_elements_of(joint: ElementTree.Element) -> None:
         for key, text in element.items():
             if key in _NUMBERS:
                 numbers_of(key, text, (_NUMBERS[key],))
+            elif key == "velocity":
+                _check_velocity(text)
+
+
+def _check_velocity(text: str) -> None:
+    """Raises InputError unless a limit of velocity is a number, which may be infinite: that is
+    none."""
+    try:
+        float(text)
+    except ValueError as error:
+        raise InputError(f"velocity={text!r} must be a number{xacro_hint(text)}") from error
 
 
 def check_origin(origin: ElementTree.Element) -> None:

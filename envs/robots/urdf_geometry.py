@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Protocol
 from xml.etree import ElementTree
 
 import numpy as np
+from numpy.typing import NDArray
 from trimesh import transformations
 
 from envs.collision.shapes import SIZED, ConvexHull, Mesh, PlacedShape, Solid
@@ -29,29 +31,50 @@ def check_geometry_name(name: str) -> None:
         raise UnknownNameError("geometry", name, GEOMETRIES)
 
 
-def shapes_of_link(link: ElementTree.Element, geometry: str, folder: Path) -> list[PlacedShape]:
+class Surface(Protocol):
+    """What is read of a mesh's file.
+
+    Attributes:
+        vertices: (n, 3).
+        faces: (m, 3), indices of vertices.
+    """
+
+    @property
+    def vertices(self) -> Array: ...
+
+    @property
+    def faces(self) -> NDArray[np.int64]: ...
+
+
+Read = Callable[[Path], Surface]
+
+
+def shapes_of_link(
+    link: ElementTree.Element, geometry: str, folder: Path, read: Read = read_mesh
+) -> list[PlacedShape]:
     """The shapes of a link, each in the link's frame, in the file's order.
 
     Args:
         link: the element.
         geometry: which of its elements hold them, "collision" or "visual".
         folder: where the URDF is.
+        read: reads the file of a mesh.
 
     Raises:
         InputError: one of them cannot be used; names the link.
     """
     try:
-        return [_placed(element, folder) for element in link.findall(geometry)]
+        return [_placed(element, folder, read) for element in link.findall(geometry)]
     except ValueError as error:  # InputError, or a shape's own
         raise InputError(f"link {link.get('name')!r}: {error}") from error
 
 
-def _placed(element: ElementTree.Element, folder: Path) -> PlacedShape:
+def _placed(element: ElementTree.Element, folder: Path, read: Read) -> PlacedShape:
     shapes = element.find("geometry")
     if shapes is None or len(shapes) != 1:
         raise InputError(f"its <{element.tag}> needs one <geometry> with one shape in it")
     pose = _pose(element.find("origin"))
-    return PlacedShape(_solid(shapes[0], folder), pose)
+    return PlacedShape(_solid(shapes[0], folder, read), pose)
 
 
 def _pose(origin: ElementTree.Element | None) -> Array:
@@ -65,9 +88,9 @@ def _pose(origin: ElementTree.Element | None) -> Array:
     return pose
 
 
-def _solid(shape: ElementTree.Element, folder: Path) -> Solid:
+def _solid(shape: ElementTree.Element, folder: Path, read: Read) -> Solid:
     if shape.tag == "mesh":
-        return _mesh(shape, folder)
+        return _mesh(shape, folder, read)
     if shape.tag not in SIZED:
         nearest = suggestion(shape.tag.rpartition(":")[2], (*SIZED, "mesh"))
         raise InputError(f"a <{shape.tag}> is not read (a mesh can stand for any); {nearest}")
@@ -92,7 +115,7 @@ def _needed(shape: ElementTree.Element, key: str) -> str:
     return text
 
 
-def _mesh(shape: ElementTree.Element, folder: Path) -> Mesh:
+def _mesh(shape: ElementTree.Element, folder: Path, read: Read) -> Mesh:
     """A mesh file scaled; where that mirrors it, its faces are turned round, so that what was
     outward stays outward. Of one that is declared convex, as Drake has it, the hull is meant."""
     scale = np.array(numbers_of("scale", shape.get("scale", "1"), _MESH_SCALES))
@@ -102,7 +125,7 @@ def _mesh(shape: ElementTree.Element, folder: Path) -> Mesh:
     file = _mesh_file(_needed(shape, "filename"), folder)
     if shape.find("drake:declare_convex") is not None:
         return ConvexHull.of_points(read_points(file) * scale)
-    mesh = read_mesh(file)
+    mesh = read(file)
     return Mesh(mesh.vertices * scale, mesh.faces[:, :: int(np.sign(scale.prod()))])
 
 

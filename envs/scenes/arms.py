@@ -57,7 +57,8 @@ class UserArm(ArmWorld):
         urdf: the robot, see `envs.robots.urdf.read_urdf`; or
         robot: its name, see `envs.robots.named_robots`. It has an `srdf`, a `state`, and a `group`,
             `tip` or `joints` of its own, each of which counts where nothing else is said.
-        scene: a YAML file, see `envs.scenes.scene_file.read_scene`; without one, nothing is about.
+        scene: a file of obstacles, our YAML or a planning scene of MoveIt in YAML or text (.scene),
+            see `envs.scenes.scene_file.read_scene`; without one, nothing is about.
         self_collision: whether links that are not neighbours must not touch each other.
         srdf: the robot's SRDF file, with groups, states and links that may touch.
         group: the name of a planning group of the SRDF's.
@@ -104,11 +105,12 @@ class UserArm(ArmWorld):
         placement = BasePlacement.of_numbers(base, volume)
         tree, parts = read_urdf(named.urdf, planned, geometry, placement)
         links = [link.name for link in tree.links]
-        about = read_scene(Path(scene)) if scene else Scene(Path())
+        still = {link.name: link.offset for link in tree.links if link.body == 0}
+        about = read_scene(Path(scene), still) if scene else Scene(Path())
         about.check_names(links)
         allowed = semantics.allowed(links) | about.allowed_links(links)
         arm = Arm(tree, parts, self_collision, allowed)
-        allows = about.allows if about.allowed else None
+        allows = about.touching(links)
         super().__init__(arm, about.obstacles, "arm", names=about.names, allows=allows)
 
 

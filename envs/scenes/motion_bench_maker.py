@@ -3,35 +3,28 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from envs.environment import Environment
 from envs.errors import InputError, suggestion
 from envs.files.fetched import fetch
-from envs.files.moveit_scene import (
-    MotionRequest,
-    PlanningScene,
-    read_motion_request,
-    read_planning_scene,
-)
+from envs.files.moveit_request import MotionRequest, read_motion_request
+from envs.files.moveit_yaml import read_planning_scene
 from envs.files.paths import cache_folder
+from envs.files.planning_scene import PlanningScene
 from envs.files.problem_archive import ProblemFiles, read_problem_files
-from envs.problem import Array, Problem
+from envs.problem import Array
 from envs.robots.arm import Arm
 from envs.robots.joint_graph import JointGraph
 from envs.robots.planning_group import PlanningGroup
 from envs.robots.srdf import Srdf, read_srdf
-from envs.robots.urdf import read_urdf
-from envs.robots.urdf_elements import parsed
-from envs.scenes.arm_world import ArmWorld
+from envs.robots.urdf import joint_graph_of, read_urdf
 from envs.scenes.motion_bench_maker_sets import SETS
-from envs.seeding import derived_seed
+from envs.scenes.problem_set import PosedProblems, ProblemSet, SetScene
 
 URL = (
     "https://raw.githubusercontent.com/KavrakiLab/vamp/"
@@ -41,15 +34,8 @@ URL = (
 
 _ARCHIVE = "problems.tar.bz2"
 
-_ROUNDING = 1e-5
-"""Radians or metres by which values of problems may be beyond a joint's limit: they are rounded."""
 
-_CLEARANCE = 4e-4
-"""Metres that ends keep clear, as far as planners and judge rely on it; the judge decides to a
-quarter of it. The nearest of panda's and ur5's first 490 problems keep 2.7 and 0.8 mm."""
-
-
-class MotionBenchMaker(ArmWorld):
+class MotionBenchMaker(ProblemSet):
     """A set of MotionBenchMaker (Chamzas et al., "MotionBenchMaker: A Tool to Generate and
     Benchmark Motion Planning Datasets", IEEE RA-L 7(2), 2022), or one of its scenes.
 
@@ -73,66 +59,11 @@ class MotionBenchMaker(ArmWorld):
             raise InputError(f"mbm: no robot is called {robot!r}; {suggestion(robot, SETS)}")
         if set not in SETS[robot]:
             raise InputError(f"mbm: {robot} has no set {set!r}; {suggestion(set, SETS[robot])}")
-        self._files = _Files(robot, set)
-        self.scenes_differ = scene == 0
-        shown = self._files.scene(scene) if scene else None
-        if shown is None:
-            super().__init__(self._files.arm(self._files.first_scene), (), "mbm")
-            self.min_clearance = _CLEARANCE
-            self.problem_count = len(self._files.numbers)
-        else:
-            arm, allows = self._files.arm(shown), self._files.allows(shown)
-            super().__init__(arm, shown.obstacles, "mbm", (scene,), shown.names, allows)
-        self._last: tuple[int, Environment] | None = None
-
-    def scene_of(self, problem: Problem) -> Environment:
-        if not self.scenes_differ:
-            return self
-        if self._last is None or self._last[0] != problem.index:
-            number = self._files.number(problem.index)
-            self._last = problem.index, _Scene(self._files, number)
-        return self._last[1]
-
-    def sample_problems(self, n: int, seed: int) -> list[Problem]:
-        if not self.scenes_differ:
-            return super().sample_problems(n, seed)
-        numbers = self._files.numbers
-        if n > len(numbers):
-            raise InputError(f"mbm: {self._files.name} has {len(numbers)} problems, not {n}")
-        return self.problems_at([number - 1 for number in numbers[:n]], seed)
-
-    def problems_at(self, indices: Sequence[int], seed: int) -> list[Problem]:
-        if not self.scenes_differ:
-            return super().problems_at(indices, seed)
-        ends = ((index, self._files.ends(self._files.number(index))) for index in indices)
-        return [
-            Problem(start, goal, index, derived_seed("mbm planner", seed, index))
-            for index, (start, goal) in ends
-        ]
-
-    def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
-        return {} if self.scenes_differ else super().problem_statistics(n, seed)
-
-    def definition(self) -> dict[str, Any]:
-        definition = {**super().definition(), "class": "MotionBenchMaker"}
-        if self.scenes_differ:
-            definition |= {"problems": self._files.digest, "obstacles": []}
-        return definition
-
-
-class _Scene(ArmWorld):
-    """The scene of one problem."""
-
-    min_clearance = _CLEARANCE
-
-    def __init__(self, files: _Files, number: int) -> None:
-        scene = files.scene(number)
-        arm, allows = files.arm(scene), files.allows(scene)
-        super().__init__(arm, scene.obstacles, "mbm", (number,), scene.names, allows)
+        super().__init__(_Files(robot, set), "mbm", scene - 1 if scene else None)
 
 
 @dataclass(frozen=True)
-class _Files:
+class _Files(PosedProblems):
     """What the files of a robot and of a set say."""
 
     robot: str
@@ -151,27 +82,31 @@ class _Files:
         return read_problem_files(self._folder / _ARCHIVE, self.name)
 
     @property
-    def numbers(self) -> Sequence[int]:
-        return self._problems.numbers
+    def urdf(self) -> Path:
+        return _robot(self._folder).urdf
 
     @property
     def digest(self) -> str:
         return self._problems.digest
 
-    def number(self, index: int) -> int:
-        """Of the request of a problem."""
-        if index + 1 not in self.numbers:
-            raise InputError(f"mbm: {self.name} has no problem {index}")
-        return index + 1
+    @property
+    def indices(self) -> Sequence[int]:
+        return [number - 1 for number in self._problems.numbers]
 
-    def scene(self, number: int) -> PlanningScene:
-        text = self._problems.text("scene", number)
+    def scene(self, index: int) -> SetScene:
+        scene = self._planning_scene(index + 1)
+        arm = _arm(self._folder, *self._first, scene.allowed.pairs(self._links))
+        allows = scene.allowed.touching(self._links, scene.names)
+        return SetScene(arm, scene.obstacles, scene.names, allows)
+
+    def _planning_scene(self, number: int) -> PlanningScene:
+        text, frames = self._problems.text("scene", number), {self._graph.base: np.eye(4)}
         try:
-            return read_planning_scene(text, _robot(self._folder).graph.base)
+            return read_planning_scene(text, frames)
         except InputError as error:
             raise InputError(f"{self.name}: scene{number:04d}.yaml: {error}") from error
 
-    def request(self, number: int) -> MotionRequest:
+    def _request(self, number: int) -> MotionRequest:
         text = self._problems.text("request", number)
         try:
             return read_motion_request(text)
@@ -181,33 +116,29 @@ class _Files:
     @cached_property
     def _first(self) -> tuple[str, tuple[tuple[str, float], ...]]:
         """The group of the first request, and where its joints start."""
-        first = self.request(self.numbers[0])
+        first = self._request(self._problems.numbers[0])
         return first.group, tuple(sorted(first.start.items()))
 
     @cached_property
-    def first_scene(self) -> PlanningScene:
-        return self.scene(self.numbers[0])
+    def _links(self) -> frozenset[str]:
+        """The names of the robot's links."""
+        return frozenset((self._graph.base, *self._graph.carriers))
 
     @property
-    def links(self) -> frozenset[str]:
-        """The names of the robot's links."""
-        graph = _robot(self._folder).graph
-        return frozenset((graph.base, *graph.carriers))
+    def _graph(self) -> JointGraph:
+        return _robot(self._folder).graph
 
-    def arm(self, scene: PlanningScene) -> Arm:
-        """The robot, whose links may touch as its own files and a scene allow."""
-        return _arm(self._folder, *self._first, scene.allowed.pairs(self.links))
+    @cached_property
+    def _joints(self) -> list[str]:
+        """The names of the joints that move, in the order of configurations."""
+        arm = self.scene(self.indices[0]).arm
+        return [joint.name for joint in arm.tree.coordinates]
 
-    def allows(self, scene: PlanningScene) -> Callable[[str, str], bool]:
-        """Whether a link may touch an object of a scene, by their names. A name that is a link's
-        stands for that alone."""
-        objects = frozenset(scene.names) - self.links
-        return lambda link, name: name in objects and scene.allowed.allows(link, name)
-
-    def ends(self, number: int) -> tuple[Array, Array]:
-        """Start and goal of a request, (d,) each, which may be beyond the joints' limits."""
-        request, arm = self.request(number), self.arm(self.first_scene)
-        names = [joint.name for joint in arm.tree.coordinates]
+    def ends(self, index: int) -> tuple[Array, Array]:
+        number = index + 1
+        if number not in self._problems.numbers:
+            raise InputError(f"mbm: {self.name} has no problem {index}")
+        request, names = self._request(number), self._joints
         self._check_still(request, number, names)
         for what, values in (("start", request.start), ("goal", request.goal)):
             missing = [name for name in names if name not in values]
@@ -219,7 +150,7 @@ class _Files:
         start, goal = (
             np.array([values[name] for name in names]) for values in (request.start, request.goal)
         )
-        return _rounded(arm, start), _rounded(arm, goal)
+        return start, goal[None]
 
     def _check_still(self, request: MotionRequest, number: int, moving: Sequence[str]) -> None:
         """All problems of a set have the robot whose other joints stand as in the first."""
@@ -229,14 +160,6 @@ class _Files:
                     f"{self.name}: request{number:04d}.yaml: joint {name!r} stands elsewhere than "
                     f"in the first request, at {request.start.get(name)} and not at {value:g}"
                 )
-
-
-def _rounded(arm: Arm, q: Array) -> Array:
-    """A configuration (d,) with its joints within limits that they are beyond by rounding, and
-    those that wrap between -pi and pi."""
-    q = arm.tree.space.wrapped(q)
-    clipped = q.clip(arm.tree.lower, arm.tree.upper)
-    return np.where(np.abs(clipped - q) <= _ROUNDING, clipped, q)
 
 
 @dataclass(frozen=True)
@@ -255,7 +178,7 @@ class _RobotFiles:
 @lru_cache(maxsize=4)
 def _robot(folder: Path) -> _RobotFiles:
     urdf, srdf = folder / f"{folder.name}.urdf", folder / f"{folder.name}.srdf"
-    return _RobotFiles(urdf, read_srdf(srdf), JointGraph(parsed(urdf)[0]))
+    return _RobotFiles(urdf, read_srdf(srdf), joint_graph_of(urdf))
 
 
 @lru_cache(maxsize=4)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
 
@@ -16,9 +15,9 @@ from envs.collision.mesh import Containment
 from envs.collision.shapes import PlacedShape
 from envs.connection import is_connected
 from envs.environment import Environment
-from envs.errors import InputError
 from envs.problem import Array
 from envs.robots.rigid_body import RigidBody
+from envs.scenes.sampled_problems import SampledEnds, SampledProblems
 from envs.seeding import stream
 from envs.spaces import Space
 from envs.speed_model import SpeedModel
@@ -28,11 +27,8 @@ Clearances = Callable[[Array], Array]
 SEARCH, DRAWS = 1000, 16_384
 """Free configurations that a search draws to join the ends of a problem, at most, of so many."""
 
-_MOST_FRUITLESS = 100
+_MOST_EMPTY = 100
 """Times in a row that 1024 pairs of random configurations hold no ends of a problem."""
-
-_MOST_UNJOINED = 20
-"""Pairs of ends that no path joins, before a world is found to have no problem at all."""
 
 _BLOCK = 4096
 """Configurations that are looked at at a time."""
@@ -44,15 +40,7 @@ _TOUCHING = -1e-9
 """The clearance where something touches, which says no more than that."""
 
 
-@dataclass
-class SampledEnds:
-    """Ends of problems: pairs, each (size,), and how many pairs were not joined by the search."""
-
-    pairs: list[tuple[Array, Array]] = field(default_factory=list)
-    dropped: int = 0
-
-
-class RigidBodyWorld(Environment):
+class RigidBodyWorld(SampledProblems):
     """A rigid body in the world of a point robot.
 
     A subclass says what problems there are. Those that are sampled (`sampled_ends`) have ends that
@@ -77,6 +65,7 @@ class RigidBodyWorld(Environment):
     min_separation: float
     search_step: float
     advice: str
+    most_unjoined = 20
     trace_label = "middle of the body"
 
     def __init__(self, robot: RigidBody, world: Environment, radius: float, encloses: bool) -> None:
@@ -91,7 +80,6 @@ class RigidBodyWorld(Environment):
         ]
         self.speed_model: SpeedModel = world.speed_model
         self.units = world.units
-        self._last_made: tuple[tuple[int, int] | None, SampledEnds] = (None, SampledEnds())
 
     @property
     def space(self) -> Space:
@@ -187,35 +175,23 @@ class RigidBodyWorld(Environment):
 
         return None if world is None and encloses is None else is_allowed
 
-    def sampled_ends(self, n: int, seed: int) -> SampledEnds:
-        """Of the first `n` problems of a seed that are sampled.
+    def _random_numbers(self, seed: int) -> np.random.Generator:
+        return stream("rigid problems", seed, int(self.fingerprint, 16))
 
-        Raises:
-            InputError: there are fewer.
-        """
-        if (n, seed) != self._last_made[0]:
-            self._last_made = (n, seed), self._make(n, seed)
-        return self._last_made[1]
+    def _take(
+        self, found: SampledEnds, rng: np.random.Generator, start: Array, goal: Array
+    ) -> bool:
+        samples = self._free_samples(rng)
+        if not is_connected(self.space, self._is_free, start, goal, samples, self.search_step):
+            found.dropped += 1
+            return False
+        found.pairs.append((start, goal))
+        return True
 
-    def _make(self, n: int, seed: int) -> SampledEnds:
-        made = SampledEnds()
-        rng = stream("rigid problems", seed, int(self.fingerprint, 16))
-        for start, goal in self._ends(rng) if n > 0 else ():
-            samples = self._free_samples(rng)
-            if is_connected(self.space, self._is_free, start, goal, samples, self.search_step):
-                made.pairs.append((start, goal))
-            else:
-                made.dropped += 1
-            if len(made.pairs) == n:
-                return made
-            if made.dropped == _MOST_UNJOINED and not made.pairs:
-                break
-        if n == 0:
-            return made
-        raise InputError(
-            f"found only {len(made.pairs)} of {n} problems: both ends must keep "
-            f"{self.end_clearance:g} clear and be joined by a path; no path joined {made.dropped} "
-            f"pairs of ends; {self.advice}"
+    def _cause(self, found: SampledEnds) -> str:
+        return (
+            f"both ends must keep {self.end_clearance:g} clear and be joined by a path; no path "
+            f"joined {found.dropped} pairs of ends; {self.advice}"
         )
 
     def _free_samples(self, rng: np.random.Generator) -> Iterator[Array]:
@@ -233,10 +209,10 @@ class RigidBodyWorld(Environment):
         [free] = self.paths_are_free([np.array([a, b])], self.planning_tolerance)
         return bool(free)
 
-    def _ends(self, rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
-        """Starts and goals, until very many pairs in a row are refused."""
+    def _candidates(self, rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
+        """Pairs that may be ends, until very many pairs in a row are refused."""
         fruitless = 0
-        while fruitless < _MOST_FRUITLESS:
+        while fruitless < _MOST_EMPTY:
             start, goal = (self.sampling_space.sample(rng, 1024) for _ in range(2))
             at = (self.robot.placement.positions(q) for q in (start, goal))
             keep = np.linalg.norm(np.subtract(*at), axis=1) >= self.min_separation

@@ -1,18 +1,23 @@
-"""Scenes of solid obstacles from small YAML files."""
+"""Scenes of solid obstacles from files: our own YAML, and MoveIt's planning scenes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from envs.collision.shapes import PlacedShape
 from envs.errors import InputError, UnknownNameError, brief, input_error_of, suggestion
+from envs.files.allowed_collision_matrix import AllowedCollisionMatrix
+from envs.files.git_lfs import check_is_no_pointer
+from envs.files.moveit_text import read_scene_text
+from envs.files.moveit_yaml import KEYS, planning_scene_of
 from envs.files.paths import exists
+from envs.files.planning_scene import PlanningScene
+from envs.files.yaml_text import parsed_yaml
+from envs.problem import Array
 from envs.scenes.scene_obstacles import obstacle_of
 
 
@@ -63,8 +68,31 @@ class Scene:
         """Whether a link and an obstacle may touch, by their names."""
         return frozenset((link, obstacle)) in self._pairs
 
+    def touching(self, links: Sequence[str]) -> Callable[[str, str], bool] | None:
+        """Whether a link may touch an obstacle, by their names; None where none may any."""
+        return self.allows if self.allowed else None
 
-def read_scene(file: Path) -> Scene:
+
+@dataclass(frozen=True, eq=False)
+class MoveItScene(Scene):
+    """A planning scene of MoveIt, whose `matrix` says what may touch what, and may name what is not
+    there."""
+
+    matrix: AllowedCollisionMatrix = field(default_factory=AllowedCollisionMatrix)
+
+    @classmethod
+    def of(cls, planning: PlanningScene, file: Path) -> MoveItScene:
+        """What a file says."""
+        return cls(file, planning.obstacles, planning.names, matrix=planning.allowed)
+
+    def allowed_links(self, links: Sequence[str]) -> frozenset[frozenset[str]]:
+        return self.matrix.pairs(links)
+
+    def touching(self, links: Sequence[str]) -> Callable[[str, str], bool] | None:
+        return self.matrix.touching(links, self.names)
+
+
+def read_scene(file: Path, frames: Mapping[str, Array] | None = None) -> Scene:
     """Reads obstacles from a file such as
 
         obstacles:
@@ -85,72 +113,73 @@ def read_scene(file: Path) -> Scene:
 
     Lengths are in metres, angles in radians, positions in the frame of the world, which is that of
     the arm's base unless that is placed elsewhere; none is more than `LARGEST`, and the file has at
-    most 256 KiB.
+    most 4 MiB.
+
+    Planning scenes of MoveIt are read as well: YAML (see `envs.files.moveit_yaml`), and the text of
+    files that end in .scene (see `envs.files.moveit_text`).
+
+    Args:
+        file: any of these.
+        frames: by the names of links that stand still, poses (4, 4) in the world, for planning
+            scenes that have poses in them.
 
     Raises:
         InputError: there is no such file, or it is not such a file.
     """
     try:
-        content = _content(file)
-        named = [_obstacle(*one, file.parent) for one in enumerate(content["obstacles"], start=1)]
-        allowed = _allowed(content.get("allowed_collisions", []))
-        names, obstacles = zip(*named, strict=True)
-        _check_unique(names)
+        text = _text(file)
+        if _is_text(file):
+            return MoveItScene.of(read_scene_text(text), file)
+        content = parsed_yaml(text)
+        if isinstance(content, dict) and content.keys() & _OF_MOVEIT:
+            return MoveItScene.of(planning_scene_of(content, frames or {}), file)
+        return _own(content, file)
     except InputError as error:
         raise InputError(f"{file}: {error}") from error
-    return Scene(file, obstacles, names, allowed)
 
 
-class _Loader(yaml.SafeLoader):
-    """Refuses a key given twice, of which YAML's own loader drops the first in silence, and merged
-    mappings (<<), a few lines of which can stand for more entries than memory holds."""
+_MOST_BYTES = 2**22
+"""Of a scene in YAML, tens of thousands of obstacles; a megabyte takes a second."""
 
-    def compose_mapping_node(self, anchor: dict[Any, yaml.Node]) -> yaml.MappingNode:
-        node = super().compose_mapping_node(anchor)
-        where = f"in the mapping at line {node.start_mark.line + 1}"
-        seen: set[str] = set()
-        for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
-            if key.value in seen:
-                raise InputError(f"{key.value!r} is given twice {where}")
-            if key.tag == _MERGE:
-                raise InputError(f"'<<' {where} is not supported; write the keys out")
-            seen.add(key.value)
-        return node
+_MOST_BYTES_OF_TEXT = 2**25
+"""Of one in MoveIt's text."""
+
+_OF_MOVEIT = frozenset(KEYS) - {"name"}
+"""Keys by one of which a planning scene is known."""
 
 
-_MERGE = "tag:yaml.org,2002:merge"
-
-_ODD_SCALARS = (
-    *(ValueError, TypeError, AttributeError, LookupError),
-    *(ArithmeticError, RecursionError),
-)
-"""What PyYAML raises besides its own, on scalars that are not what their tags say and on depth."""
-
-_MOST_BYTES = 2**18
-"""Of a scene, thousands of obstacles; PyYAML reads some tens of kilobytes a second."""
+def _is_text(file: Path) -> bool:
+    """Whether it is a scene in MoveIt's text, and not in YAML."""
+    return file.suffix.lower() == ".scene"
 
 
-def _content(file: Path) -> dict[Any, Any]:
+def _text(file: Path) -> bytes:
     if not exists(file.is_file):
         raise InputError("no such file")
-    try:
-        with input_error_of("cannot be read"):
-            size = file.stat().st_size
-            if size > _MOST_BYTES:
-                raise InputError(f"has {size} bytes; scenes of at most {_MOST_BYTES} are read")
-            content = yaml.load(file.read_bytes(), _Loader)
-    except InputError:
-        raise
-    except (yaml.YAMLError, *_ODD_SCALARS) as error:
-        raise InputError(f"not YAML, mend it: {' '.join(str(error).split())}") from error
+    with input_error_of("cannot be read"):
+        size = file.stat().st_size
+        most = _MOST_BYTES_OF_TEXT if _is_text(file) else _MOST_BYTES
+        if size > most:
+            raise InputError(f"has {size} bytes; scenes of at most {most} are read")
+        content = file.read_bytes()
+    check_is_no_pointer(content)
+    return content
+
+
+def _own(content: Any, file: Path) -> Scene:
+    """That of YAML as `read_scene` has it."""
     if not isinstance(content, dict):
         raise InputError("must be a mapping with the key 'obstacles'")
     for key in content:
         if key not in _KEYS:
-            raise InputError(f"unknown key {brief(key)}; {suggestion(brief(key), _KEYS)}")
+            raise InputError(f"unknown key {brief(key)}; {suggestion(key, _KEYS)}")
     if not isinstance(content.get("obstacles"), list) or not content["obstacles"]:
         raise InputError("'obstacles' must be a list of at least one obstacle")
-    return content
+    named = [_obstacle(*one, file.parent) for one in enumerate(content["obstacles"], start=1)]
+    allowed = _allowed(content.get("allowed_collisions", []))
+    names, obstacles = zip(*named, strict=True)
+    _check_unique(names)
+    return Scene(file, obstacles, names, allowed)
 
 
 _KEYS = ("obstacles", "allowed_collisions")

@@ -37,7 +37,7 @@ def _check_keys(entry: dict[Any, Any]) -> None:
     keys = (*shapes, "scale", "position", "rpy", "name")
     for key in entry:
         if key not in keys:
-            raise InputError(f"unknown key {brief(key)}; {suggestion(brief(key), keys)}")
+            raise InputError(f"unknown key {brief(key)}; {suggestion(key, keys)}")
     named = [key for key in shapes if key in entry]
     if len(named) != 1:
         given = " and ".join(named) or "none"

@@ -10,10 +10,10 @@ All but `paths` may be left out. A list of waypoints alone is one path.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from typing import Any
 
 from envs.errors import brief
+from envs.files.json_text import parsed_json
 from planners.base import Status
 from planners.recorded.path_file import OF_FILES, PathFile, Raw, RecordedPath, decoded
 
@@ -24,7 +24,7 @@ def parse(data: bytes) -> tuple[dict[str, Any], list[Raw]]:
     Raises:
         ValueError: it is malformed.
     """
-    said = _json(decoded(data))
+    said = parsed_json(decoded(data))
     if isinstance(said, list):
         return {}, [Raw("the path", {"waypoints": said})]
     if not isinstance(said, dict) or "paths" not in said:
@@ -62,21 +62,3 @@ def _raw(number: int, path: Any) -> Raw:
     if not isinstance(path, dict):
         raise ValueError(f"{place} is an object, not {brief(path)}")
     return Raw(place, path)
-
-
-def _json(text: str) -> Any:
-    try:
-        return json.loads(text, object_pairs_hook=_once)
-    except RecursionError:
-        raise ValueError("it is nested too deep") from None
-    except json.JSONDecodeError as error:
-        raise ValueError(f"line {error.lineno}: it is no JSON: {error.msg}") from None
-
-
-def _once(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"{brief(twice)} is given twice in an object")
-    return found

@@ -18,6 +18,7 @@ import numpy as np
 
 from envs import Environment
 from envs.errors import InputError, brief, input_error_of, printable, suggestion
+from envs.files.git_lfs import check_is_no_pointer
 from envs.files.paths import atomic_write
 from envs.problem import Array
 from planners.base import Status
@@ -109,6 +110,7 @@ def read(file: Path) -> PathFile:
             raise InputError(f"{file} has {size} bytes; {MOST_BYTES} are the most")
         data = file.read_bytes()
     try:
+        check_is_no_pointer(data)
         of_file, raw = module.parse(data)
         return _checked(of_file, raw)
     except ValueError as error:
@@ -213,7 +215,7 @@ class _InRowError(ValueError):
 def _known(what: str, said: Mapping[str, Any], known: Sequence[str]) -> None:
     for name in said:
         if name not in known:
-            raise ValueError(f"{what} has an unknown {brief(name)}; {suggestion(str(name), known)}")
+            raise ValueError(f"{what} has an unknown {brief(name)}; {suggestion(name, known)}")
 
 
 def _count(name: str, value: Any) -> int | None:
@@ -238,7 +240,7 @@ def _status(value: Any, waypoints: Array | None) -> Status:
         return Status.TIMEOUT if waypoints is None else Status.EXACT_SOLUTION
     known = [status.value for status in Status]
     if value not in known:
-        raise ValueError(f"unknown status {brief(value)}; {suggestion(str(value), known)}")
+        raise ValueError(f"unknown status {brief(value)}; {suggestion(value, known)}")
     return Status(value)
 
 

@@ -128,7 +128,7 @@ def test_an_arm_is_drawn_where_it_is_along_the_path() -> None:
             + pose[:, 3]
             for link, pose in zip(links, poses[number], strict=True)
         ]
-        true = RobotShape(env).triangles(q)
+        true = RobotShape(env, env.robot).triangles(q)
         assert np.allclose(np.concatenate(posed).mean(axis=0), true.mean(axis=0), atol=2e-3)
     [curve] = drawn["curves"]
     tip = unpacked(curve, -1, 3)

@@ -92,7 +92,7 @@ def test_a_figure_draws_a_panel_a_planner(cubes: Environment, tmp_path: Path) ->
 
 
 def test_its_surface_is_where_its_poses_put_it(cubes: Environment) -> None:
-    shape = RobotShape(cubes)
+    shape = RobotShape(cubes, cubes.robot)
     q = np.array([1.0, 2.0, PI / 6])
     left, right = cubes.robot.trace(q[None])[0]
     both = np.concatenate([corners(0.6, left, PI / 6), corners(0.4, right, PI / 6)])

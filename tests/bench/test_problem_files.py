@@ -107,6 +107,8 @@ def test_rows_of_a_name_and_start_are_goals_of_one_problem(tmp_path: Path) -> No
         ("a.csv", "start_1,start_2,goal_1\n0,1,1\n", "column 'goal_2' is missing"),
         ("a.csv", "name\nx\n", "column 'start_1' is missing"),
         ("a.csv", "0,0,0\n", "row 1 has 3 numbers"),
+        ("a.csv", f'{HEAD}\n0,0,0,1,1,"1\n', "line 2: it is no CSV: unexpected end of data"),
+        ("a.csv", f"{HEAD}\n0,0,0,1,1,{'1' * 200_000}\n", "it is no CSV: field larger than"),
         ("a.json", "{", "Expecting property name"),
         ("a.json", "[" * 100_000, "too deep"),
         ("a.json", "3", "must be a list of problems"),
@@ -121,7 +123,16 @@ def test_rows_of_a_name_and_start_are_goals_of_one_problem(tmp_path: Path) -> No
         ("a.json", '[{"start": [true], "goal": [1]}]', "row 1: start must have finite numbers"),
         ("a.json", '[{"start": [1e999], "goal": [1]}]', "row 1: start must have finite numbers"),
         ("a.json", '[{"start": [0], "goal": [1], "name": 3}]', "row 1: a name is text, not 3"),
+        ("a.json", '[{"start": [0], "start": [1], "goal": [1]}]', "'start' is given twice"),
+        ("a.json", f'[{{"start": [1{"0" * 400}], "goal": [1]}}]', "must have finite numbers"),
+        ("a.yaml", f"- {{start: [0x{'f' * 5000}], goal: [1]}}", "must have finite numbers"),
         ("a.yaml", "- [", "not YAML, mend it"),
+        ("a.yaml", "- {start: [0], start: [1], goal: [1]}", "'start' is given twice"),
+        ("a.yaml", "a: &a {start: [0]}\nb: {<<: *a}", "'<<' in the mapping at line 2"),
+        ("a.yaml", "- !!timestamp 1", "not YAML, mend it"),
+        ("a.yaml", f"- {':'.join(['1'] * 300)}.5", "not YAML, mend it: int too large"),
+        ("a.yaml", "[" * 100_000, "not YAML, mend it"),
+        ("a.yaml", "- {start: [.nan], goal: [1]}", "row 1: start must have finite numbers"),
     ],
 )
 def test_what_is_malformed_is_refused_with_its_row(
@@ -130,6 +141,13 @@ def test_what_is_malformed_is_refused_with_its_row(
     with pytest.raises(InputError, match=re.escape("a.")) as refused:
         in_file(tmp_path / name, text)
     assert said in str(refused.value)
+
+
+def test_numbers_of_yaml_may_have_no_point_and_names_may_begin_like_one(tmp_path: Path) -> None:
+    text = "- {start: [1e-3, 2E+5], goal: [.5, 1.], name: 1e3-run}"
+    [posed] = in_file(tmp_path / "a.yaml", text).posed
+    assert posed.start.tolist() == [0.001, 200_000]
+    assert posed.name == "1e3-run"
 
 
 def test_bytes_that_are_no_text_and_missing_files_are_told(tmp_path: Path) -> None:

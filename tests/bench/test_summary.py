@@ -159,6 +159,12 @@ def test_nothing_attempted() -> None:
     assert not summary.attempted(RECORDS[RECORDS["planner"] == "c"])
 
 
+def test_problems_that_a_list_leaves_out_are_not_counted() -> None:
+    env = {"id": "c3d", "fingerprint": "f", "problems": 3, "straight_lines": "B-F"}
+    text = markdown.text(recorded(ROWS, envs=[env]))
+    assert text.startswith("2 problems an environment")
+
+
 def test_markdown_shows_every_number_and_status() -> None:
     text = markdown.text(recorded(ROWS))
     assert text.startswith("3 problems an environment, seed 0, time limit 5 s, stop rule `first`")

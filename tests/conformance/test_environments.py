@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
+import robometrics_files
 import trimesh
 from bad_urdfs import LIMIT, collision, joint, link, robot
 from conftest import has_data
@@ -43,14 +45,21 @@ obstacles:
 LARGE = ("bunny", "gibson-generated", "mbm", "omplapp", "rigid")
 """Whose meshes or problems take seconds."""
 
-DIFFERENT = {"omplapp": 49, "mbm": 25}
+DIFFERENT = {"omplapp": 49, "mbm": 25, "robometrics": 25}
 """How many of 25 problems each of two seeds differ, where problem 0 or all are given."""
 
 IDS = [
     pytest.param(spec.id, marks=pytest.mark.slow if spec.id in LARGE else ())
     for spec in envs.REGISTRY.specs()
-    if not spec.id.startswith("mbm-")  # which are `mbm` with arguments
+    if not spec.id.startswith(("mbm-", "robometrics-"))  # which are these with arguments
 ]
+
+
+def posed(n: int) -> list[dict[str, Any]]:
+    """Problems of robometrics, in each of which the chain bends one way, about a cube."""
+    bends = np.random.default_rng(0).uniform(0.1, 0.4, (n, robometrics_files.JOINTS))
+    among = robometrics_files.obstacles(a=(0.4, -0.3, 0))
+    return [robometrics_files.problem([bend.tolist()], among) for bend in bends]
 
 
 @pytest.fixture(params=IDS, scope="module")
@@ -75,6 +84,9 @@ def entry(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
         return f"grid:file={write_ros(folder)},radius=0.02"
     if request.param == "omplapp":
         return f"omplapp:file={write_problem(folder, PLANAR)}"
+    if request.param == "robometrics":
+        file = robometrics_files.write(folder, {"box_panda": posed(30)})
+        return f"robometrics:file={file},urdf={folder / 'panda.urdf'}"
     if request.param == "bunny" and not has_data("bunny/bunny.ply"):
         pytest.skip("BENCH_DATA has no bunny")
     if request.param == "mbm" and not has_data("mbm/panda/problems.tar.bz2"):

@@ -23,6 +23,7 @@ from envs.collision.shapes import Box, Cylinder, PlacedShape
 from envs.problem import Array
 from envs.robots import arm_clearance
 from envs.robots.arm import Part
+from envs.robots.swept_pairs import NONE
 from envs.scenes.arm_world import ArmWorld
 
 
@@ -107,6 +108,19 @@ def test_clearances_of_many_are_those_of_each() -> None:
             assert least == pytest.approx(parts.min(), abs=1e-12)
     assert env.approximate_clearance(q[picked]) == pytest.approx(whole[picked], abs=1e-12)
     assert env.approximate_clearance(q[:0]).shape == (0,)
+
+
+@pytest.mark.parametrize("text", ["arm5", "arm6:self_collision=true"])
+def test_an_arm_keeps_so_much_exactly_where_its_clearance_is_more(text: str) -> None:
+    world = envs.make(text)
+    assert isinstance(world, ArmWorld)
+    arm, kept = world.robot.arrays, 5e-3
+    q = configurations(world, 2000, 2)
+    order = np.arange(arm.moving)
+    told = [arm_clearance.keeps(arm, world.scenes, NONE, one, kept, order) for one in q]
+    assert told == (arm_clearance.clearances(arm, world.scenes, q) > kept).tolist()
+    assert 0.05 < np.mean(told) < 0.95
+    assert sorted(order) == list(range(arm.moving)), "each is still asked"
 
 
 def test_a_box_with_a_centre_of_its_own_is_where_it_says() -> None:

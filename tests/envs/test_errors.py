@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from envs.errors import InputError, input_error_of
+from envs.errors import InputError, input_error_of, suggestion
 
 
 def test_the_systems_errors_are_told_in_words(tmp_path: Path) -> None:
@@ -58,3 +58,10 @@ def test_what_goes_well_is_not_touched() -> None:
     with input_error_of("cannot count", RuntimeError):
         count = 1 + 1
     assert count == 2
+
+
+def test_a_suggestion_takes_whatever_came_from_outside() -> None:
+    """A key of YAML may be a number of more digits than Python writes."""
+    assert suggestion("boks", ["box", "hull"]) == "did you mean 'box'?"
+    assert suggestion(16**5000, ["box", "hull"]) == "choose from: box, hull"
+    assert suggestion([1], ["box", "hull"]) == "choose from: box, hull"

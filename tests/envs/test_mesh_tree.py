@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from envs.collision import mesh_tree
 from envs.collision.mesh_tree import Trees, trees_of
 from envs.collision.shapes import Mesh
 
@@ -73,3 +74,24 @@ def test_trees_of_several_meshes_are_one_after_another() -> None:
     both, roots = trees_of([MESHES["few"], MESHES["ball"]])
     assert sorted(held(both, int(roots[0]))) == list(range(5))
     assert sorted(held(both, int(roots[1]))) == list(range(5, 5 + 320))
+
+
+def test_equal_meshes_share_a_tree() -> None:
+    few, ball = MESHES["few"], MESHES["ball"]
+    alone, _ = trees_of([ball, few])
+    shared, roots = trees_of([ball, few, Mesh(ball.vertices, ball.faces), few])
+    assert roots.tolist() == [0, roots[1], 0, roots[1]]
+    assert len(shared.radii) == len(alone.radii)
+    assert trees_of([few, few])[1].tolist() == [0, 0]
+    assert len(trees_of([])[1]) == 0
+
+
+@pytest.mark.parametrize("sizes", [[2, 3, 31, 2], [33, 2, 500, 40]])
+def test_triangles_are_sorted_within_each_node_and_alike_ones_left(sizes: list[int]) -> None:
+    rng = np.random.default_rng(0)
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    along = rng.integers(0, 9, len(owner)).astype(float)
+    order = rng.permutation(len(owner))
+    expected = order[np.lexsort((along, owner))]
+    mesh_tree._sort_each(order, along, np.array(sizes))
+    assert order.tolist() == expected.tolist()

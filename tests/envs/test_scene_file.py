@@ -102,11 +102,14 @@ def of(entry: str) -> str:
 
 PAIRS = "obstacles: [{{sphere: 1}}]\nallowed_collisions: {}"
 
+POINTER = "version https://git-lfs.github.com/spec/v1\noid sha256:37d8\nsize 28\n"
+
 BAD_SCENES = {
     "nothing": ("", "must be a mapping"),
     "a list": ("[1, 2]", "must be a mapping"),
     "other encoding": (b"\xff\xfe\xfa", "not YAML"),
     "syntax": ("obstacles: [", "not YAML"),
+    "pointer": (POINTER, "is a pointer to a file in Git LFS"),
     "tabs": ("obstacles:\n\t- sphere: 1", "not YAML"),
     "odd scalar": ("obstacles: !!timestamp 1", "not YAML"),
     "python": ("obstacles: !!python/object/apply:os.getcwd []", "not YAML"),
@@ -135,7 +138,7 @@ BAD_SCENES = {
         "obstacles: [{sphere: 1, name: a}, {sphere: 2}, {sphere: 3, name: a}]",
         "two obstacles are called 'a'; rename one",
     ),
-    "many bytes": ("# " + "x" * 2**18, "scenes of at most 262144 are read"),
+    "many bytes": ("# " + "x" * 2**22, "scenes of at most 4194304 are read"),
 }
 
 BAD_OBSTACLES = {
@@ -165,7 +168,7 @@ BAD_OBSTACLES = {
     "number as box": ("{box: 1}", "box must be a list of 3"),
     "flat box": ("{box: [1, 0, 1]}", "box must be above 0"),
     "word in box": ("{box: [1, x, 1]}", "not 'x'"),
-    "no point": ("{sphere: 1e-3}", "such as 0.5 or 1.0e-3, not '1e-3'"),
+    "no number": ("{sphere: 1e-3 m}", "such as 0.5 or 1.0e-3, not '1e-3 m'"),
     "truth": ("{sphere: true}", "sphere wants a number"),
     "list as sphere": ("{sphere: [1]}", "sphere wants a number"),
     "negative sphere": ("{sphere: -1}", "sphere must be above 0"),

@@ -13,7 +13,8 @@ from made_trees import distances_of, made_arm
 from envs.collision.shapes import Mesh, PlacedShape
 from envs.problem import Array
 from envs.robots import allowed_collisions, swept_pairs
-from envs.robots.arm import Arm, Part, motion_bounds
+from envs.robots.arm import Arm, Part
+from envs.robots.motion_bounds import motion_bounds
 
 STEPS = 200
 

@@ -103,6 +103,33 @@ def test_limits_of_a_continuous_joint_are_not_read(tmp_path: Path) -> None:
     assert chain.joints[0].upper == pytest.approx(3.14159, abs=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("limit", "velocity"),
+    [
+        ('<limit effort="1" velocity="2.5"/>', 2.5),
+        ('<limit lower="none" upper="none" effort="much" velocity="2.5"/>', 2.5),
+        ('<limit lower="-1" upper="1" effort="1" velocity="0"/>', None),
+        ('<limit effort="1" velocity="inf"/>', None),
+        ('<limit effort="1"/>', None),
+        ("", None),
+    ],
+)
+def test_of_limits_of_a_continuous_joint_that_of_velocity_is_read(
+    limit: str, velocity: float | None, tmp_path: Path
+) -> None:
+    [turn] = chain_of(tmp_path, robot(A, B, joint("ab", "a", "b", "continuous", limit))).joints
+    assert turn.wraps
+    assert turn.velocity == velocity
+
+
+@pytest.mark.parametrize("kind", ["continuous", "revolute"])
+def test_a_limit_of_velocity_that_is_no_number_is_refused(kind: str, tmp_path: Path) -> None:
+    inside = '<limit lower="-1" upper="1" effort="1" velocity="${fast}"/>'
+    said = refusal(tmp_path, robot(A, B, joint("ab", "a", "b", kind, inside)))
+    assert "joint 'ab': velocity='${fast}' must be a number" in said
+    assert "xacro" in said
+
+
 @pytest.fixture
 def told(caplog: pytest.LogCaptureFixture) -> Iterator[pytest.LogCaptureFixture]:
     tell_once.cache_clear()
@@ -228,6 +255,7 @@ def test_limits_that_are_none_let_a_joint_turn_for_ever(
     limit = '<limit lower="{}" upper="{}" effort="0" velocity="0"/>'.format(*ends)
     [turn] = chain_of(tmp_path, robot(A, B, joint("ab", "a", "b", inside=limit))).joints
     assert turn.wraps
+    assert turn.velocity is None
     slides = robot(A, B, joint("ab", "a", "b", "prismatic", limit))
     assert "joint 'ab': lower=" in refusal(tmp_path, slides)
     half = robot(A, B, joint("ab", "a", "b", inside=limit.replace(ends[0], "-1")))

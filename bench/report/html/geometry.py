@@ -40,7 +40,7 @@ class Scene:
     points that `Robot.trace` follows, and robots that are no points in postures."""
 
     def __init__(self, env: Environment) -> None:
-        self._env, self._robot = env, RobotShape(env)
+        self._env, self._robot = env, RobotShape(env, env.robot)
         self._links = [] if env.is_point_robot else self._robot.links
         self._lower, self._upper = _corners(env) if env.is_point_robot else self._robot.bounds
         self._scale = _Scale(float((self._upper - self._lower).max()))

@@ -12,7 +12,7 @@ from envs.collision.shapes.placed_shape import (
     PlacedShape,
     surface_points,
 )
-from envs.collision.shapes.robot import Robot
+from envs.collision.shapes.robot import Bodies, Robot
 from envs.collision.shapes.sized import Box, Cylinder, SizedSolid, Sphere
 from envs.collision.shapes.solid import (
     BOX,
@@ -42,6 +42,7 @@ __all__ = [
     "SIZED",
     "SURFACE_POINTS",
     "TRIANGLE",
+    "Bodies",
     "Box",
     "Capsule",
     "ConvexHull",

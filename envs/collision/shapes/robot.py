@@ -8,7 +8,31 @@ from envs.collision.shapes.solid import Solid
 from envs.problem import Array
 
 
-class Robot(Protocol):
+class Bodies(Protocol):
+    """Rigid shapes that a configuration places."""
+
+    @property
+    def shapes(self) -> tuple[Solid, ...]:
+        """Its rigid bodies (`Solid`: box, ball, cylinder, capsule, mesh), each in its own frame, in
+        workspace units; those that move come first."""
+
+    @property
+    def moving(self) -> int:
+        """How many of them move. Only these are checked against obstacles."""
+
+    def poses(self, q: Array) -> Array:
+        """The placement of every shape. Pictures show it there by `Solid.triangulate`.
+
+        Args:
+            q: a configuration, float64 (d,).
+
+        Returns:
+            float64 (shapes, 3, 4): for each shape a rotation (3, 3) and beside it a translation
+            (3,), from the shape's frame to the workspace.
+        """
+
+
+class Robot(Bodies, Protocol):
     """The contract of a robot: rigid shapes that a configuration places. What collision checking
     and pictures ask; `envs.robots` has a ball that translates and arms.
 
@@ -29,15 +53,6 @@ class Robot(Protocol):
     """
 
     @property
-    def shapes(self) -> tuple[Solid, ...]:
-        """Its rigid bodies (`Solid`: box, ball, cylinder, capsule, mesh), each in its own frame, in
-        workspace units; those that move come first."""
-
-    @property
-    def moving(self) -> int:
-        """How many of them move. Only these are checked against obstacles."""
-
-    @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
         """Which shapes, by their numbers, must not touch each other, each two once. The first of
         them moves."""
@@ -47,17 +62,6 @@ class Robot(Protocol):
         """An upper bound, over all configurations, on the workspace distance that any point of
         the robot travels per unit of distance in configuration space, and by which the distance
         of two shapes of `pairs` changes."""
-
-    def poses(self, q: Array) -> Array:
-        """The placement of every shape. Pictures show it there by `Solid.triangulate`.
-
-        Args:
-            q: a configuration, float64 (d,).
-
-        Returns:
-            float64 (shapes, 3, 4): for each shape a rotation (3, 3) and beside it a translation
-            (3,), from the shape's frame to the workspace.
-        """
 
     def motion_bound(self, a: Array, b: Array) -> float:
         """An upper bound on the workspace distance that any point of the robot travels per unit

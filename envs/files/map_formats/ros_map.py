@@ -94,7 +94,7 @@ def _chances(picture: Path, values: Mapping[str, Any], file: Path) -> Array:
     """The probabilities that pixels are occupied."""
     mode = values.get("mode", MODES[0])
     if mode not in MODES:
-        raise InputError(f"{file}: no mode is called {brief(mode)}; {suggestion(str(mode), MODES)}")
+        raise InputError(f"{file}: no mode is called {brief(mode)}; {suggestion(mode, MODES)}")
     negate = values["negate"]
     if not (isinstance(negate, int) and negate in (0, 1)):
         raise InputError(f"{file}: negate must be 0 or 1, not {brief(negate)}")
