@@ -153,6 +153,56 @@ def mesh_to_mesh(
 
 
 @njit_cached
+def triangles_apart(trees: Any, leaf: int, others: Any, other: int, pose: Any) -> float:
+    """The distance of the triangles of two leaves, see `mesh_to_mesh`."""
+    triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
+    _take_triangle(trees, leaf, triangle)
+    _take_triangle(others, other, other_triangle)
+    moved(other_triangle, pose, there)
+    return float(triangle_to_triangle(triangle, there))
+
+
+@njit_cached
+def solid_to_leaf(trees: Any, leaf: int, row: Any) -> float:
+    """The distance of a solid from the triangle of a leaf, see `solid_to_mesh`."""
+    triangle = np.zeros(ROW)
+    _take_triangle(trees, leaf, triangle)
+    return float(_solid_to_triangle(triangle, row, np.inf))
+
+
+@njit_cached
+def leaf_at(trees: Any, root: int, x: float, y: float, z: float) -> int:
+    """The leaf whose triangle is nearest to a point in the mesh's frame, or one that the point is
+    on, but for rounding."""
+    point, triangle = np.zeros((1, ROW)), np.zeros(ROW)
+    point[0, 9], point[0, 10], point[0, 11], point[0, 16] = x, y, z, POINT
+    nodes, bounds = np.empty(_DEEPEST, dtype=np.int64), np.empty(_DEEPEST)
+    nodes[0], bounds[0] = root, 0.0
+    waiting, least, found = 1, np.inf, root
+    while waiting and least > 0.0:
+        waiting -= 1
+        if bounds[waiting] >= least:
+            continue
+        node = nodes[waiting]
+        first = trees.child[node]
+        if first < 0:
+            _take_triangle(trees, node, triangle)
+            apart = point_to_triangle(triangle, x, y, z)
+            if apart < least:
+                least, found = apart, node
+            continue
+        second = first + 1
+        to_first = _solid_to_node(trees, first, point)
+        to_second = _solid_to_node(trees, second, point)
+        if to_first < to_second:
+            first, second, to_first, to_second = second, first, to_second, to_first
+        nodes[waiting], bounds[waiting] = first, to_first
+        nodes[waiting + 1], bounds[waiting + 1] = second, to_second
+        waiting += 2
+    return found
+
+
+@njit_cached
 def first_within(
     trees: Any, root: int, axes: Any, other_root: int, other_axes: Any, pose: Any, reach: float
 ) -> tuple[float, float]:
