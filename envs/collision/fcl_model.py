@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous
+from envs.collision.coherence import least_along
 from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_obstacles import broad_phases, fcl_transform, placed_in_fcl
 from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
@@ -147,6 +148,27 @@ class CollisionModel:
             least = 0.0 if self._touch((apart <= _NEAR) & (apart < most)) else least
         return least if self._on_the_right_side(q, known) else -max(abs(least), _TOUCH)
 
+    def clearances(self, q: Array, poses: Array) -> Array:
+        """The `clearance` (n,) at configurations (n, d) at which the robot's shapes are at poses
+        (n, shapes, 3, 4): in less time, where each configuration is near the one before."""
+        if self._boxes:
+            return np.array([self.clearance(one) for one in q])
+        self.checks += len(q)
+        least, known = np.empty(len(q)), np.empty(len(q), dtype=np.bool_)
+        near = np.zeros((len(q), self.robot.moving), dtype=np.bool_)
+        least_along(
+            *(self._shapes, poses, self._around, self._pairs, self.robot.moving),
+            *(self._may_touch, _NEAR, least, near, known),
+        )
+        for n in np.flatnonzero((least > 0) & (least <= _NEAR)):
+            self._place_at(poses[n])
+            least[n] = 0.0 if self._touch(near[n]) else least[n]
+        if self._allowed is not None:
+            asked = np.flatnonzero(~(known & self._allowed_apart))
+            wrong = asked[~self._allowed(q[asked])]
+            least[wrong] = -np.maximum(np.abs(least[wrong]), _TOUCH)
+        return least
+
     def segment_is_free(self, a: Array, b: Array) -> bool:
         """Whether the motion between configurations a and b (d,) is proved free.
 
@@ -268,8 +290,12 @@ class CollisionModel:
         return bool(self._allowed(q[None])[0])
 
     def _place(self, q: Array) -> None:
-        """Takes the robot to a configuration; its shapes follow when they are asked for."""
-        self._poses = self.robot.poses(q)
+        """Takes the robot to a configuration (d,)."""
+        self._place_at(self.robot.poses(q))
+
+    def _place_at(self, poses: Array) -> None:
+        """Takes its shapes to poses (shapes, 3, 4); FCL's follow when they are asked for."""
+        self._poses = poses
         self._waiting = [True] * len(self._bodies)
 
     def _body(self, number: int) -> fcl.CollisionObject:

@@ -35,7 +35,7 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
     solid = row.reshape((1, ROW))
     triangle = np.zeros(ROW)
     nodes, bounds = np.empty(_DEEPEST, dtype=np.int64), np.empty(_DEEPEST)
-    nodes[0], bounds[0] = root, _solid_to_node(trees, root, solid)
+    nodes[0], bounds[0] = root, _solid_to_node(trees, root, solid, most)
     waiting, least = 1, most
     while waiting and least > 0.0:
         waiting -= 1
@@ -48,8 +48,8 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
             least = min(least, _solid_to_triangle(triangle, row, least))
             continue
         second = first + 1
-        to_first = _solid_to_node(trees, first, solid)
-        to_second = _solid_to_node(trees, second, solid)
+        to_first = _solid_to_node(trees, first, solid, least)
+        to_second = _solid_to_node(trees, second, solid, least)
         if to_first < to_second:  # the nearer one last, which is the next that is looked at
             first, second, to_first, to_second = second, first, to_second, to_first
         nodes[waiting], bounds[waiting] = first, to_first
@@ -66,8 +66,9 @@ def _solid_to_triangle(triangle: Any, row: Any, most: float) -> float:
 
 
 @njit_hot
-def _solid_to_node(trees: Any, node: int, solid: Any) -> float:
-    """The greater of what a node's ball and its box keep from a solid (1, ROW) at least."""
+def _solid_to_node(trees: Any, node: int, solid: Any, most: float) -> float:
+    """The greater of what a node's ball and its box keep from a solid (1, ROW) at least: its box
+    along its own axes, and where that is less than `most`, along the solid's."""
     middle, axes = trees.middles[node], trees.axes[node]
     by_ball: float = to_solid(solid, 0, middle[0], middle[1], middle[2]) - trees.radii[node]
     x, y, z = solid[0, 9] - middle[0], solid[0, 10] - middle[1], solid[0, 11] - middle[2]
@@ -77,7 +78,21 @@ def _solid_to_node(trees: Any, node: int, solid: Any) -> float:
         gap = abs(along) - trees.halves[node, i] - _reach(solid, axes[i])
         if gap > 0.0:
             squared += gap * gap
-    return float(max(by_ball, math.sqrt(squared)))
+    found = float(max(by_ball, math.sqrt(squared)))
+    if found >= most or solid[0, 16] == POINT:
+        return found
+    squared, halves = 0.0, trees.halves[node]
+    for i in range(3):
+        axis = solid[0, 3 * i : 3 * i + 3]
+        reach = 0.0
+        for j in range(3):
+            along = axes[j, 0] * axis[0] + axes[j, 1] * axis[1] + axes[j, 2] * axis[2]
+            reach += abs(along) * halves[j]
+        along = axis[0] * x + axis[1] * y + axis[2] * z
+        gap = abs(along) - reach - _reach(solid, axis)
+        if gap > 0.0:
+            squared += gap * gap
+    return float(max(found, math.sqrt(squared)))
 
 
 @njit_hot
@@ -192,8 +207,8 @@ def leaf_at(trees: Any, root: int, x: float, y: float, z: float) -> int:
                 least, found = apart, node
             continue
         second = first + 1
-        to_first = _solid_to_node(trees, first, point)
-        to_second = _solid_to_node(trees, second, point)
+        to_first = _solid_to_node(trees, first, point, least)
+        to_second = _solid_to_node(trees, second, point, least)
         if to_first < to_second:
             first, second, to_first, to_second = second, first, to_second, to_first
         nodes[waiting], bounds[waiting] = first, to_first

@@ -263,20 +263,20 @@ def _near_pairs(
     each, gaps, n = np.empty((count, 2), dtype=np.int64), np.empty(count), 0
     for pair in pairs:
         each[n, 0], each[n, 1] = pair[0], pair[1]
-        gaps[n] = _gap(rows[pair[0]], rows[pair[1]])
+        gaps[n] = sphere_gap(rows[pair[0]], rows[pair[1]])
         n += gaps[n] < most
     for part in range(moving):
         for j in range(len(around)):
             if is_allowed(may_touch, part, j):
                 continue
             each[n, 0], each[n, 1] = part, len(rows) + j
-            gaps[n] = _gap(rows[part], around[j])
+            gaps[n] = sphere_gap(rows[part], around[j])
             n += gaps[n] < most
     return each[:n], gaps[:n]
 
 
 @njit_hot
-def _gap(row: Any, other: Any) -> float:
+def sphere_gap(row: Any, other: Any) -> float:
     """Between the spheres that hold two shapes."""
     x, y, z = row[9] - other[9], row[10] - other[10], row[11] - other[11]
     return math.sqrt(x * x + y * y + z * z) - float(row[15]) - float(other[15])

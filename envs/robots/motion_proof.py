@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.continuous import compiled_is_covered
-from envs.collision.separation import are_beyond, is_allowed, separated
+from envs.collision.coherence import ROUNDING, apart_now, listed_pairs
 from envs.compiled import njit_cached
 from envs.robots.arm import motion_bounds
-from envs.robots.arm_clearance import moved_rows, share_of_pairs, within_reach
+from envs.robots.arm_clearance import moved_rows, within_reach
 from envs.robots.kinematic_tree import body_poses
 
 
@@ -35,42 +34,85 @@ def prove(
         asked, kept: in workspace units, the former more than the latter. The proof takes the
             longer, the less they differ.
     """
-    bounds, nearing = np.empty(arm.moving), np.empty(len(arm.branches))
-    motion_bounds(arm, a, b, bounds, nearing)
-    place, known = np.full(1, -1.0), np.zeros(1, dtype=np.bool_)
-    motion = (arm, around, may_touch, a, b, asked, kept, bounds, nearing, place, known)
-    compiled_is_covered(_share_proved, motion, 1.0)
-    return place[0], known[0]
+    each = listed_pairs(
+        arm.branches[:, :2], len(arm.bodies), arm.moving, len(around.rows), may_touch
+    )
+    speeds = _speeds(arm, a, b, each)
+    distances, sure = np.full(len(each), np.inf), np.ones(len(each), dtype=np.bool_)
+    left, bodies = np.arange(len(each)), np.empty((1 + len(arm.tree.parents), 3, 4))
+    frames = np.empty((len(arm.bodies), 3, 4))
+    # Breadth first, as `is_covered`, with the pairs that are not yet proved of each interval.
+    begins, ends, lefts, is_known, n = [0.0], [1.0], [left], False, 0
+    while n < len(begins):
+        begin, end, left = begins[n], ends[n], lefts[n]
+        middle, half = (begin + end) / 2, (end - begin) / 2
+        n += 1
+        body_poses(arm.tree, a + middle * (b - a), bodies)
+        for part in range(len(frames)):
+            frames[part] = bodies[arm.bodies[part]]
+        rows = moved_rows(arm, bodies)
+        pairs = each, left, speeds, distances, sure
+        share = _share_proved(arm, around, rows, frames, pairs, asked, kept, half)
+        if share < 0:
+            return middle, is_known
+        is_known = is_known or bool(sure.all())
+        if share < half:
+            # What is surely asked of nowhere in it need not be looked at again.
+            near = distances[left] - speeds[left] * half <= asked + ROUNDING
+            left = left[near]
+            begins.append(begin)
+            ends.append(middle - share)
+            begins.append(middle + share)
+            ends.append(end)
+            lefts.append(left)
+            lefts.append(left)
+    return -1.0, is_known
 
 
 @njit_cached
-def _share_proved(motion: Any, t: float) -> float:
-    """How much of a motion about t is proved to keep more than `kept`, or -1 where less than what
-    is asked is known, which is then the place that is told."""
-    arm, around, may_touch, a, b, asked, kept, bounds, nearing, place, known = motion
-    bodies = np.empty((1 + len(arm.tree.parents), 3, 4))
-    body_poses(arm.tree, a + t * (b - a), bodies)
-    rows, still = moved_rows(arm, bodies), np.eye(3, 4)
-    share, is_known = 1.0, True  # all of the motion, from wherever on it
-    for part in range(arm.moving - 1, -1, -1):
-        # Farther away than this, it does not lessen the share.
-        enough = max(share * bounds[part] + kept, 2 * asked - kept)
-        least, pose = enough, bodies[arm.bodies[part]]
-        for j in range(len(around.rows)):
-            if is_allowed(may_touch, part, j) or are_beyond(rows[part], around.rows[j], least):
-                continue
-            near = within_reach(arm.shapes, part, around, j, least)
-            found, outside = separated(
-                arm.shapes, part, rows[part], pose, around, j, around.rows[j], still, near
-            )
-            least, is_known = min(least, found), is_known and outside
-        if least <= asked:
-            place[0] = t
+def _speeds(arm: Any, a: Any, b: Any, each: Any) -> Any:
+    """How fast the shapes of each pair (k, 2), see `listed_pairs`, may come nearer, (k,)."""
+    bounds, nearing = np.empty(arm.moving), np.empty(len(arm.branches))
+    motion_bounds(arm, a, b, bounds, nearing)
+    speeds = np.empty(len(each))
+    for k in range(len(each)):
+        speeds[k] = nearing[k] if k < len(nearing) else bounds[each[k, 0]]
+    return speeds
+
+
+@njit_cached
+def _share_proved(
+    arm: Any,
+    around: Any,
+    rows: Any,
+    frames: Any,
+    pairs: Any,
+    asked: float,
+    kept: float,
+    enough: float,
+) -> float:
+    """How much of a motion about a place is proved to keep more than `kept`, at most `enough`, or
+    -1 where less than what is asked is known.
+
+    Args:
+        rows, frames: of the parts, as they are there; see `apart_now`.
+        pairs: all, which are left, and of each the speed, and, which are written where it is left,
+            its distance and whether it is known that neither is within the other.
+    """
+    each, left, speeds, distances, sure = pairs
+    share = enough
+    for k in left[::-1]:  # those farther out last in the list: they are nearer to things
+        part, other = each[k, 0], each[k, 1]
+        # Farther apart than this, the two do not lessen the share, nor need be asked again.
+        most = max(enough * speeds[k] + kept, 2 * asked - kept) + 2 * ROUNDING
+        if other < len(rows):
+            most = within_reach(arm.shapes, part, arm.shapes, other, most)
+        else:
+            most = within_reach(arm.shapes, part, around, other - len(rows), most)
+        found, sure[k] = apart_now(arm.shapes, rows, frames, around, part, other, most)
+        distances[k] = found
+        if found <= asked:
             return -1.0
-        if bounds[part] > 0:
-            share = min(share, (least - kept) / bounds[part])
-    share, outside = share_of_pairs(arm, bodies, rows, nearing, asked, kept, share)
-    if share < 0:
-        place[0] = t
-    known[0] = known[0] or (is_known and outside)
+        if speeds[k] > 0:
+            share = min(share, (found - kept) / speeds[k])
     return share
