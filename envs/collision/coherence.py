@@ -136,9 +136,7 @@ def least_along(
 
 
 @njit_cached
-def _moved_since(
-    rows: Any, before: Any, now: Any, each: Any, of_robot: int, steps: Any
-) -> None:
+def _moved_since(rows: Any, before: Any, now: Any, each: Any, of_robot: int, steps: Any) -> None:
     """Writes by how much each of the pairs (k, 2) may be nearer than before, (k,): the first shape
     as seen from the second has not moved any farther. Poses are (p, 3, 4)."""
     alone = np.empty(len(rows))

@@ -22,6 +22,7 @@ from envs.collision.coherence import least_along
 from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_obstacles import broad_phases, fcl_transform, placed_in_fcl
 from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
+from envs.collision.margin_search import FIRST_QUERIES
 from envs.collision.separation import Shapes, clearances_of_each, contacts_array, shapes_of
 from envs.collision.shapes import POINT, Obstacle, Robot
 from envs.problem import Array
@@ -39,6 +40,16 @@ _NEAR = 5e-3
 
 _TOUCH = 1e-6
 """The size of a clearance where nothing is touched, but the robot is where it must not be."""
+
+
+_MOST_NEAR = 1000
+"""Configurations that a searcher may ask FCL about, for one path."""
+
+
+Searcher = Callable[[Array, Array, float, float, float, Array], tuple[float, bool, int]]
+"""(waypoints, bounds, tolerance, most_queries, near, asked) -> `margin_search.least_clearance` of a
+path by distances of its own, which are this model's; and how many configurations it has asked about
+that touch nothing and keep no more than `near`, of which the first are written to `asked`."""
 
 
 class CollisionModel:
@@ -66,6 +77,8 @@ class CollisionModel:
             robot's `motion_bound` is of the same.
         may_touch: (moving, obstacles) of bool, which of the robot's shapes may touch which
             obstacles, or be within them; None for none.
+        searcher: a quick search for the least clearance of paths, for robots that may be wherever
+            they touch nothing; whether FCL finds contact is asked afterwards. None for none.
 
     Attributes:
         checks: the number of configurations that were queried so far.
@@ -82,6 +95,7 @@ class CollisionModel:
         allowed_apart: bool = False,
         prover: Prover | None = None,
         may_touch: NDArray[np.bool_] | None = None,
+        searcher: Searcher | None = None,
     ) -> None:
         if not (tolerance > 0 and np.isfinite(tolerance)):
             raise ValueError(f"tolerance must be positive, not {tolerance}")
@@ -117,6 +131,7 @@ class CollisionModel:
         self._pairs = np.array(robot.pairs, dtype=np.int64).reshape(-1, 2)
         self._asks_boxes_alone = not (len(self._around.rows) or len(self._pairs))
         self._prover = prover
+        self._searcher = searcher
 
     def is_valid(self, q: Array) -> bool:
         """Whether the robot touches nothing at a configuration (d,). Ignores the bounds."""
@@ -202,15 +217,39 @@ class CollisionModel:
         Raises:
             UndecidedError: `most_queries` are not enough.
         """
+        speeds = self._speeds(waypoints)
+        if self._searcher is not None:
+            found = self._searched(self._searcher, waypoints, speeds, most_queries)
+            if found is not None:
+                return found
         return continuous.path_min_clearance(
             self.clearance,
             waypoints,
-            self._speeds(waypoints),
+            speeds,
             self.tolerance,
             most_queries,
             self._between,
             None if self._prover is None else self._place_below,
         )
+
+    def _searched(
+        self, search: Searcher, waypoints: Array, speeds: Sequence[float], most_queries: float
+    ) -> float | None:
+        """See `min_clearance`; None where FCL would be asked about too many configurations."""
+        asked = np.empty((_MOST_NEAR, waypoints.shape[1]))
+        least, decided, count = search(
+            waypoints, np.array(speeds), self.tolerance, float(most_queries), _NEAR, asked
+        )
+        if count > _MOST_NEAR:
+            return None
+        every = np.ones(self.robot.moving, dtype=np.bool_)
+        for q in asked[:count]:
+            self._place(q)
+            if self._touch(every):
+                return 0.0
+        if not decided:
+            raise continuous.UndecidedError
+        return least
 
     def _place_below(self, a: Array, b: Array, level: float) -> float:
         """A place t on a motion where the clearance may be about a level, -1 if it is proved to be
@@ -234,7 +273,7 @@ class CollisionModel:
 
     def _speeds(self, waypoints: Array) -> Sequence[float]:
         """Bounds on the speed of any point, by segment; of very many segments coarser ones."""
-        if len(waypoints) > continuous.FIRST_QUERIES:
+        if len(waypoints) > FIRST_QUERIES:
             lengths = self._lengths(waypoints)
             coarse: list[float] = (self.robot.rate_bound * lengths).tolist()
             return coarse

@@ -28,7 +28,6 @@ from envs.collision.shapes import POINT, ROW, Mesh, Obstacle
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
 
-
 _PRECISION = 1e-7
 """In metres, or by the distance where that is over a metre: distances may be found that much
 below the truth, in closed form as by `gjk`."""
@@ -106,9 +105,7 @@ def separated(
     # A ball is asked of the surface at once, which takes no longer.
     hulls, ends = 0.0, np.empty((2, 3))
     if row[16] != POINT and other[16] != POINT:
-        hulls, known = hull_distance_between(
-            row, _corners(a, i), other, _corners(b, j), most, ends
-        )
+        hulls, known = hull_distance_between(row, _corners(a, i), other, _corners(b, j), most, ends)
         exact = (a.roots[i] < 0 or a.are_hulls[i]) and (b.roots[j] < 0 or b.are_hulls[j])
         if hulls > 0.0 and (exact or hulls >= most):
             return hulls, True
