@@ -43,13 +43,14 @@ _TOUCH = 1e-6
 
 
 _MOST_NEAR = 1000
-"""Configurations that a searcher may ask FCL about, for one path."""
+"""Configurations of which a searcher may tell, for one path, or four times as many as waypoints."""
 
 
 Searcher = Callable[[Array, Array, float, float, float, Array], tuple[float, bool, int]]
 """(waypoints, bounds, tolerance, most_queries, near, asked) -> `margin_search.least_clearance` of a
-path by distances of its own, which are this model's; and how many configurations it has asked about
-that touch nothing and keep no more than `near`, of which the first are written to `asked`."""
+path by distances of its own, which are this model's; and how often it has found something above 0
+and no more than `near`. The first of these configurations are written to `asked` (m, d + 1), each
+with what was found."""
 
 
 class CollisionModel:
@@ -77,8 +78,8 @@ class CollisionModel:
             robot's `motion_bound` is of the same.
         may_touch: (moving, obstacles) of bool, which of the robot's shapes may touch which
             obstacles, or be within them; None for none.
-        searcher: a quick search for the least clearance of paths, for robots that may be wherever
-            they touch nothing; whether FCL finds contact is asked afterwards. None for none.
+        searcher: a quick search for the least clearance of paths; where it has been is `allowed`,
+            and whether FCL finds contact, is asked afterwards. None for none.
 
     Attributes:
         checks: the number of configurations that were queried so far.
@@ -235,18 +236,23 @@ class CollisionModel:
     def _searched(
         self, search: Searcher, waypoints: Array, speeds: Sequence[float], most_queries: float
     ) -> float | None:
-        """See `min_clearance`; None where FCL would be asked about too many configurations."""
-        asked = np.empty((_MOST_NEAR, waypoints.shape[1]))
+        """See `min_clearance`; None where too many configurations would be asked about again."""
+        asked = np.empty((max(_MOST_NEAR, 4 * len(waypoints)), waypoints.shape[1] + 1))
+        near = _NEAR if self._allowed is None else np.inf
         least, decided, count = search(
-            waypoints, np.array(speeds), self.tolerance, float(most_queries), _NEAR, asked
+            waypoints, np.array(speeds), self.tolerance, float(most_queries), near, asked
         )
-        if count > _MOST_NEAR:
+        if count > len(asked):
             return None
+        self.checks += count
+        asked, found = asked[:count, :-1], asked[:count, -1]
         every = np.ones(self.robot.moving, dtype=np.bool_)
-        for q in asked[:count]:
+        for q in asked[found <= _NEAR]:
             self._place(q)
             if self._touch(every):
                 return 0.0
+        if self._allowed is not None and not self._allowed(asked).all():
+            return -_TOUCH
         if not decided:
             raise continuous.UndecidedError
         return least

@@ -14,6 +14,9 @@ from typing import Any
 import numpy as np
 
 from envs.collision.distance_fields import to_boxes
+from envs.collision.gjk import moved
+from envs.collision.separation import separation
+from envs.collision.shapes import ROW
 from envs.compiled import njit_cached, njit_hot, njit_inline
 
 FIRST_QUERIES = 10_000
@@ -129,30 +132,80 @@ def least_among_boxes(
     asked: Any,
 ) -> tuple[float, bool, int]:
     """`least_clearance` of a ball whose middle goes straight between waypoints (k, 3) among boxes,
-    `distance_fields.box_arrays`; and how many configurations were asked about that keep less than
-    `near` and touch nothing, of which the first are written to `asked` (m, 3)."""
+    `distance_fields.box_arrays`; and at how many configurations it was asked and found above 0 and
+    no more than `near`, of which the first are written to `asked` (m, 4), each with what it is."""
     count = np.zeros(1, dtype=np.int64)
     path = waypoints, boxes, radius, near, asked, count
     least, decided = compiled_least_clearance(
-        _of_ball, _no_proofs, path, bounds, tolerance, most_queries
+        _to_boxes, _no_proofs, path, bounds, tolerance, most_queries
+    )
+    return least, decided, count[0]
+
+
+@njit_cached
+def least_among_shapes(
+    waypoints: Any,
+    bounds: Any,
+    ball: Any,
+    around: Any,
+    tolerance: float,
+    most_queries: float,
+    near: float,
+    asked: Any,
+) -> tuple[float, bool, int]:
+    """As `least_among_boxes`, of a ball, which is the only one of `Shapes`, among others."""
+    count = np.zeros(1, dtype=np.int64)
+    path = waypoints, ball, around, near, asked, count
+    least, decided = compiled_least_clearance(
+        _to_shapes, _no_proofs, path, bounds, tolerance, most_queries
     )
     return least, decided, count[0]
 
 
 @njit_hot
-def _of_ball(path: Any, n: int, t: float, most: float) -> float:
+def _to_boxes(path: Any, n: int, t: float, most: float) -> float:
     waypoints, boxes, radius, near, asked, count = path
+    x, y, z = _place(waypoints, n, t)
+    found = to_boxes(x, y, z, boxes[0], boxes[1]) - radius
+    _note(asked, count, near, x, y, z, found)
+    return float(min(found, most))
+
+
+@njit_cached
+def _to_shapes(path: Any, n: int, t: float, most: float) -> float:
+    waypoints, ball, around, near, asked, count = path
+    x, y, z = _place(waypoints, n, t)
+    row, pose, still = np.empty(ROW), np.eye(3, 4), np.eye(3, 4)
+    pose[0, 3], pose[1, 3], pose[2, 3] = x, y, z
+    moved(ball.rows[0], pose, row)
+    found = most
+    for j in range(len(around.rows)):
+        other = around.rows[j]
+        found = min(found, separation(ball, 0, row, pose, around, j, other, still, found))
+    _note(asked, count, near, x, y, z, found)
+    return float(found)
+
+
+@njit_hot
+def _place(waypoints: Any, n: int, t: float) -> tuple[float, float, float]:
+    """Where the middle of the ball is."""
     x, y, z = waypoints[n, 0], waypoints[n, 1], waypoints[n, 2]
     if t > 0.0:
         x += t * (waypoints[n + 1, 0] - x)
         y += t * (waypoints[n + 1, 1] - y)
         z += t * (waypoints[n + 1, 2] - z)
-    found = to_boxes(x, y, z, boxes[0], boxes[1]) - radius
-    if 0.0 < found <= near:
-        if count[0] < len(asked):
-            asked[count[0], 0], asked[count[0], 1], asked[count[0], 2] = x, y, z
-        count[0] += 1
-    return float(min(found, most))
+    return x, y, z
+
+
+@njit_hot
+def _note(asked: Any, count: Any, near: float, x: float, y: float, z: float, found: float) -> None:
+    """Writes down what was asked and found, if it is above 0 and no more than `near`."""
+    if not 0.0 < found <= near:
+        return
+    if count[0] < len(asked):
+        row = asked[count[0]]
+        row[0], row[1], row[2], row[3] = x, y, z, found
+    count[0] += 1
 
 
 @njit_hot
