@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.gjk import moved
-from envs.collision.separation import is_allowed, separated, sphere_gap
+from envs.collision.gjk import distance, moved
+from envs.collision.separation import boxes_apart, is_allowed, separated_within, sphere_gap
 from envs.collision.shapes import ROW
-from envs.compiled import njit_cached, njit_hot
+from envs.compiled import njit_cached, njit_hot, njit_inline
 
 ROUNDING = 1e-6
 """By how much a distance may be found too short, in workspace units, or of it where it is over one;
@@ -47,35 +47,46 @@ def listed_pairs(pairs: Any, shapes: int, moving: int, around: int, may_touch: A
     return each[:k]
 
 
-@njit_cached
+@njit_inline
 def apart_now(
-    shapes: Any, rows: Any, frames: Any, around: Any, part: int, other: int, most: float
+    shapes: Any,
+    rows: Any,
+    frames: Any,
+    around: Any,
+    still: Any,
+    part: int,
+    other: int,
+    most: float,
+    reach: float,
 ) -> tuple[float, bool]:
-    """`separated` of a robot's shape and another, or one that stands still, numbered as in
-    `listed_pairs`; or how far the spheres are apart that hold the two, if that is at least `most`.
+    """`separated_within` of a robot's shape and another, or one that stands still, numbered as in
+    `listed_pairs`; or something less that is at least `most`. It is made part of its callers: to
+    hand it what it needs would take as long as most distances.
 
     Args:
         rows: (p, ROW) of the robot's shapes where they are now.
         frames: (p, 3, 4) that they are placed in.
+        still: (3, 4), the frame of those that stand still.
     """
-    row = rows[part]
-    if other < len(rows):
-        gap = sphere_gap(row, rows[other])
-        if gap >= most:
-            return gap, True
-        there = frames[other]
-        found, known = separated(
-            shapes, part, row, frames[part], shapes, other, rows[other], there, most
-        )
+    row, j = rows[part], other - len(rows)
+    there, root = (rows[other], shapes.roots[other]) if j < 0 else (around.rows[j], around.roots[j])
+    found, known = sphere_gap(row, there), True
+    if found >= most:
         return found, known
-    j, still = other - len(rows), np.eye(3, 4)
-    gap = sphere_gap(row, around.rows[j])
-    if gap >= most:
-        return gap, True
-    found, known = separated(
-        shapes, part, row, frames[part], around, j, around.rows[j], still, most
-    )
-    return found, known
+    if shapes.roots[part] < 0 and root < 0:
+        return distance(row, there, most), known
+    pose = frames[part]
+    if shapes.roots[part] >= 0:  # boxes about meshes are quicker to tell
+        if j < 0:
+            found = boxes_apart(shapes, part, pose, shapes, other, there, frames[other], most)
+        else:
+            found = boxes_apart(shapes, part, pose, around, j, there, still, most)
+        if found >= most:
+            return found, known
+    if j < 0:
+        at = frames[other]
+        return separated_within(shapes, part, row, pose, shapes, other, there, at, most, reach)
+    return separated_within(shapes, part, row, pose, around, j, there, still, most, reach)
 
 
 @njit_hot
@@ -113,7 +124,7 @@ def least_along(
         least[:], known[:] = np.inf, True
         return
     bounds, sure = np.full(len(each), -np.inf), np.ones(len(each), dtype=np.bool_)
-    rows, nearest = np.empty((count, ROW)), 0
+    rows, still, nearest = np.empty((count, ROW)), np.eye(3, 4), 0
     steps = np.full(len(each), np.inf)
     for n in range(len(poses)):
         if n > 0:
@@ -128,10 +139,13 @@ def least_along(
             if turn == first or least[n] <= 0.0 or is_beyond(bounds[k], most):
                 continue
             part, other = each[k, 0], each[k, 1]
-            bounds[k], sure[k] = apart_now(shapes, rows, poses[n], around, part, other, most)
-            if bounds[k] < least[n]:
-                least[n], nearest = bounds[k], k
-            is_near[n, part] = is_near[n, part] or bounds[k] <= near
+            found, known_apart = apart_now(
+                shapes, rows, poses[n], around, still, part, other, most, most
+            )
+            bounds[k], sure[k] = found, known_apart
+            if found < least[n]:
+                least[n], nearest = found, k
+            is_near[n, part] = is_near[n, part] or found <= near
         known[n] = sure.all()
 
 

@@ -35,7 +35,7 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
     solid = row.reshape((1, ROW))
     triangle = np.zeros(ROW)
     nodes, bounds = np.empty(_DEEPEST, dtype=np.int64), np.empty(_DEEPEST)
-    nodes[0], bounds[0] = root, _solid_to_node(trees, root, solid, most)
+    nodes[0], bounds[0] = root, solid_to_node(trees, root, solid, most)
     waiting, least = 1, most
     while waiting and least > 0.0:
         waiting -= 1
@@ -48,8 +48,8 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
             least = min(least, _solid_to_triangle(triangle, row, least))
             continue
         second = first + 1
-        to_first = _solid_to_node(trees, first, solid, least)
-        to_second = _solid_to_node(trees, second, solid, least)
+        to_first = solid_to_node(trees, first, solid, least)
+        to_second = solid_to_node(trees, second, solid, least)
         if to_first < to_second:  # the nearer one last, which is the next that is looked at
             first, second, to_first, to_second = second, first, to_second, to_first
         nodes[waiting], bounds[waiting] = first, to_first
@@ -66,7 +66,7 @@ def _solid_to_triangle(triangle: Any, row: Any, most: float) -> float:
 
 
 @njit_hot
-def _solid_to_node(trees: Any, node: int, solid: Any, most: float) -> float:
+def solid_to_node(trees: Any, node: int, solid: Any, most: float) -> float:
     """The greater of what a node's ball and its box keep from a solid (1, ROW) at least: its box
     along its own axes, and where that is less than `most`, along the solid's."""
     middle, axes = trees.middles[node], trees.axes[node]
@@ -132,7 +132,7 @@ def mesh_to_mesh(
     nodes = np.empty((2 * _DEEPEST, 2), dtype=np.int64)
     bounds = np.empty(2 * _DEEPEST)
     nodes[0, 0], nodes[0, 1] = root, other_root
-    bounds[0] = _node_to_node(trees, root, others, other_root, pose, most)
+    bounds[0] = node_to_node(trees, root, others, other_root, pose, most)
     waiting, least = 1, most
     # Depth first, the nearer half first. No triangles of two nodes are nearer than the nodes are,
     # so that pairs which are no nearer than what was found can be left out.
@@ -154,8 +154,8 @@ def mesh_to_mesh(
             a1, a2 = trees.child[a], trees.child[a] + 1
         else:
             b1, b2 = others.child[b], others.child[b] + 1
-        one = _node_to_node(trees, a1, others, b1, pose, least)
-        two = _node_to_node(trees, a2, others, b2, pose, least)
+        one = node_to_node(trees, a1, others, b1, pose, least)
+        two = node_to_node(trees, a2, others, b2, pose, least)
         if one < two:
             a1, b1, a2, b2, one, two = a2, b2, a1, b1, two, one
         if one < least:
@@ -207,8 +207,8 @@ def leaf_at(trees: Any, root: int, x: float, y: float, z: float) -> int:
                 least, found = apart, node
             continue
         second = first + 1
-        to_first = _solid_to_node(trees, first, point, least)
-        to_second = _solid_to_node(trees, second, point, least)
+        to_first = solid_to_node(trees, first, point, least)
+        to_second = solid_to_node(trees, second, point, least)
         if to_first < to_second:
             first, second, to_first, to_second = second, first, to_second, to_first
         nodes[waiting], bounds[waiting] = first, to_first
@@ -257,7 +257,7 @@ def first_within(
                 b = first + n
                 by_b = _moves(trees, b, other_axes)
             most = reach + by_a + by_b
-            beyond[n] = _node_to_node(trees, a, trees, b, pose, most) - most
+            beyond[n] = node_to_node(trees, a, trees, b, pose, most) - most
             if beyond[n] <= 0.0:
                 nodes[waiting, 0], nodes[waiting, 1] = a, b
                 moves[waiting, 0], moves[waiting, 1] = by_a, by_b
@@ -291,7 +291,7 @@ def _moves(trees: Any, node: int, axes: Any) -> float:
 
 
 @njit_hot
-def _node_to_node(trees: Any, a: int, others: Any, b: int, pose: Any, most: float) -> float:
+def node_to_node(trees: Any, a: int, others: Any, b: int, pose: Any, most: float) -> float:
     """What two nodes keep from each other at least: what their boxes keep along the line through
     their middles, and where that is less than `most`, along the axes of either."""
     middle, other = trees.middles[a], others.middles[b]

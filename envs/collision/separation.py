@@ -19,13 +19,15 @@ from envs.collision.hull import hull_of
 from envs.collision.mesh_distance import (
     leaf_at,
     mesh_to_mesh,
+    node_to_node,
     solid_to_leaf,
     solid_to_mesh,
+    solid_to_node,
     triangles_apart,
 )
 from envs.collision.mesh_tree import Trees, trees_of
 from envs.collision.shapes import POINT, ROW, Mesh, Obstacle
-from envs.compiled import njit_cached, njit_hot
+from envs.compiled import njit_cached, njit_hot, njit_inline
 from envs.problem import Array
 
 _PRECISION = 1e-7
@@ -90,12 +92,31 @@ def separation(
     return separated(a, i, row, pose, b, j, other, at, most)[0]
 
 
-@njit_cached
+@njit_inline
 def separated(
     a: Any, i: int, row: Any, pose: Any, b: Any, j: int, other: Any, at: Any, most: float
 ) -> tuple[float, bool]:
     """The `separation` of two shapes, and whether it is known as well, if they are apart, that
     neither is within the other: False only of meshes."""
+    found, known = separated_within(a, i, row, pose, b, j, other, at, most, most)
+    return found, known
+
+
+@njit_cached
+def separated_within(
+    a: Any,
+    i: int,
+    row: Any,
+    pose: Any,
+    b: Any,
+    j: int,
+    other: Any,
+    at: Any,
+    most: float,
+    reach: float,
+) -> tuple[float, bool]:
+    """As `separated`; where the surfaces of meshes are farther apart than `reach`, and their hulls
+    are not, this may be what is said."""
     if a.roots[i] < 0 and b.roots[j] < 0:
         return float(distance(row, other, most)), True
     x, y, z = row[9] - other[9], row[10] - other[10], row[11] - other[11]
@@ -107,6 +128,7 @@ def separated(
     if row[16] != POINT and other[16] != POINT:
         hulls, known = hull_distance_between(row, _corners(a, i), other, _corners(b, j), most, ends)
         exact = (a.roots[i] < 0 or a.are_hulls[i]) and (b.roots[j] < 0 or b.are_hulls[j])
+        most = min(most, reach)
         if hulls > 0.0 and (exact or hulls >= most):
             return hulls, True
         if hulls > 0.0 and known:
@@ -150,6 +172,24 @@ def _to_frame_of(shapes: Any, number: int, pose: Any, out: Any) -> None:
     there = np.empty((3, 4))
     compose(pose, shapes.poses[number], there)
     undo(there, out)
+
+
+@njit_cached
+def boxes_apart(
+    a: Any, i: int, pose: Any, b: Any, j: int, other: Any, at: Any, most: float
+) -> float:
+    """What a box that holds a mesh keeps from another shape at least: one that holds it, too, or
+    itself if it is no mesh. As `separation`, of which shape i is the mesh."""
+    here = np.empty((3, 4))
+    _to_frame_of(a, i, pose, here)
+    if b.roots[j] < 0:
+        solid = np.empty((1, ROW))
+        moved(other, here, solid[0])
+        return float(solid_to_node(a.trees, a.roots[i], solid, most))
+    there, between = np.empty((3, 4)), np.empty((3, 4))
+    compose(at, b.poses[j], there)
+    compose(here, there, between)
+    return float(node_to_node(a.trees, a.roots[i], b.trees, b.roots[j], between, most))
 
 
 @njit_cached

@@ -24,7 +24,7 @@ from envs.problem import Array
 from envs.robots.arm import RobotArrays, motion_bounds
 from envs.robots.kinematic_tree import body_poses
 
-_NEAR = 0.03
+NEAR = 0.03
 """Metres up to which links that are meshes are asked how far their surfaces are apart."""
 
 TOUCHING = -1e-9
@@ -105,7 +105,7 @@ def apart(
     arm: Any, bodies: Any, rows: Any, part: int, other: int, most: float
 ) -> tuple[float, bool]:
     """The distance of two parts, or `most` if that is less, and whether it is known that neither is
-    within the other. Of meshes at least that of their hulls, and at most `_NEAR` where these do not
+    within the other. Of meshes at least that of their hulls, and at most `NEAR` where these do not
     tell more; any nearer it is exact."""
     if are_beyond(rows[part], rows[other], most):
         return most, True
@@ -129,7 +129,7 @@ def within_reach(shapes: Any, i: int, others: Any, j: int, most: float) -> float
     """How far the surfaces of two shapes are asked for their distance, at most `most`: any farther
     the hulls of meshes tell enough, in less time."""
     if shapes.roots[i] >= 0 or others.roots[j] >= 0:
-        return min(most, _NEAR)
+        return min(most, NEAR)
     return most
 
 

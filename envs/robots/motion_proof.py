@@ -15,7 +15,7 @@ import numpy as np
 from envs.collision.coherence import ROUNDING, apart_now, listed_pairs
 from envs.compiled import njit_cached
 from envs.robots.arm import motion_bounds
-from envs.robots.arm_clearance import moved_rows, within_reach
+from envs.robots.arm_clearance import NEAR, moved_rows
 from envs.robots.kinematic_tree import body_poses
 
 
@@ -37,6 +37,8 @@ def prove(
     each = listed_pairs(
         arm.branches[:, :2], len(arm.bodies), arm.moving, len(around.rows), may_touch
     )
+    if len(each) == 0:
+        return -1.0, True
     speeds = _speeds(arm, a, b, each)
     distances, sure = np.full(len(each), np.inf), np.ones(len(each), dtype=np.bool_)
     left, bodies = np.arange(len(each)), np.empty((1 + len(arm.tree.parents), 3, 4))
@@ -100,17 +102,13 @@ def _share_proved(
             its distance and whether it is known that neither is within the other.
     """
     each, left, speeds, distances, sure = pairs
-    share = enough
+    share, still = enough, np.eye(3, 4)
     for k in left[::-1]:  # those farther out last in the list: they are nearer to things
         part, other = each[k, 0], each[k, 1]
         # Farther apart than this, the two do not lessen the share, nor need be asked again.
         most = max(enough * speeds[k] + kept, 2 * asked - kept) + 2 * ROUNDING
-        if other < len(rows):
-            most = within_reach(arm.shapes, part, arm.shapes, other, most)
-        else:
-            most = within_reach(arm.shapes, part, around, other - len(rows), most)
-        found, sure[k] = apart_now(arm.shapes, rows, frames, around, part, other, most)
-        distances[k] = found
+        found, known = apart_now(arm.shapes, rows, frames, around, still, part, other, most, NEAR)
+        distances[k], sure[k] = found, known
         if found <= asked:
             return -1.0
         if speeds[k] > 0:
