@@ -178,7 +178,8 @@ class Arm:
         return max(hops) + max(slides) + float(outward.max())
 
     def poses(self, q: Array) -> Array:
-        return self.poses_along(q[None])[0]
+        found: Array = self.poses_along(q[None])[0]
+        return found
 
     def poses_along(self, q: Array) -> Array:
         """The `poses` (n, shapes, 3, 4) at configurations (n, d)."""
