@@ -46,11 +46,11 @@ _MOST_NEAR = 1000
 """Configurations of which a searcher may tell, for one path, or four times as many as waypoints."""
 
 
-Searcher = Callable[[Array, Array, float, float, float, Array], tuple[float, bool, int]]
+Searcher = Callable[[Array, Array, float, float, float, Array], tuple[float, bool, int, int]]
 """(waypoints, bounds, tolerance, most_queries, near, asked) -> `margin_search.least_clearance` of a
-path by distances of its own, which are this model's; and how often it has found something above 0
-and no more than `near`. The first of these configurations are written to `asked` (m, d + 1), each
-with what was found."""
+path by distances of its own, which are this model's; and how often it has asked, and has found
+something above 0 and no more than `near`. The first of these configurations are written to `asked`
+(m, d + 1), each with what was found."""
 
 
 class CollisionModel:
@@ -239,12 +239,12 @@ class CollisionModel:
         """See `min_clearance`; None where too many configurations would be asked about again."""
         asked = np.empty((max(_MOST_NEAR, 4 * len(waypoints)), waypoints.shape[1] + 1))
         near = _NEAR if self._allowed is None else np.inf
-        least, decided, count = search(
+        least, decided, checks, count = search(
             waypoints, np.array(speeds), self.tolerance, float(most_queries), near, asked
         )
+        self.checks += checks
         if count > len(asked):
             return None
-        self.checks += count
         asked, found = asked[:count, :-1], asked[:count, -1]
         every = np.ones(self.robot.moving, dtype=np.bool_)
         for q in asked[found <= _NEAR]:

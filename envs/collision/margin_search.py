@@ -130,16 +130,17 @@ def least_among_boxes(
     most_queries: float,
     near: float,
     asked: Any,
-) -> tuple[float, bool, int]:
+) -> tuple[float, bool, int, int]:
     """`least_clearance` of a ball whose middle goes straight between waypoints (k, 3) among boxes,
-    `distance_fields.box_arrays`; and at how many configurations it was asked and found above 0 and
-    no more than `near`, of which the first are written to `asked` (m, 4), each with what it is."""
-    count = np.zeros(1, dtype=np.int64)
+    `distance_fields.box_arrays`; and at how many configurations it was asked, and found above 0
+    and no more than `near`: the first of these are written to `asked` (m, 4), each with what it
+    is."""
+    count = np.zeros(2, dtype=np.int64)
     path = waypoints, boxes, radius, near, asked, count
     least, decided = compiled_least_clearance(
         _to_boxes, _no_proofs, path, bounds, tolerance, most_queries
     )
-    return least, decided, count[0]
+    return least, decided, count[0], count[1]
 
 
 @njit_cached
@@ -152,14 +153,14 @@ def least_among_shapes(
     most_queries: float,
     near: float,
     asked: Any,
-) -> tuple[float, bool, int]:
+) -> tuple[float, bool, int, int]:
     """As `least_among_boxes`, of a ball, which is the only one of `Shapes`, among others."""
-    count = np.zeros(1, dtype=np.int64)
+    count = np.zeros(2, dtype=np.int64)
     path = waypoints, ball, around, near, asked, count
     least, decided = compiled_least_clearance(
         _to_shapes, _no_proofs, path, bounds, tolerance, most_queries
     )
-    return least, decided, count[0]
+    return least, decided, count[0], count[1]
 
 
 @njit_hot
@@ -199,13 +200,15 @@ def _place(waypoints: Any, n: int, t: float) -> tuple[float, float, float]:
 
 @njit_hot
 def _note(asked: Any, count: Any, near: float, x: float, y: float, z: float, found: float) -> None:
-    """Writes down what was asked and found, if it is above 0 and no more than `near`."""
+    """Counts what was asked, (2,), and writes it down with what was found, if that is above 0 and
+    no more than `near`."""
+    count[0] += 1
     if not 0.0 < found <= near:
         return
-    if count[0] < len(asked):
-        row = asked[count[0]]
+    if count[1] < len(asked):
+        row = asked[count[1]]
         row[0], row[1], row[2], row[3] = x, y, z, found
-    count[0] += 1
+    count[1] += 1
 
 
 @njit_hot

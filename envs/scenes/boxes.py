@@ -49,7 +49,7 @@ class BoxWorld(PointWorld):
             most: float,
             near: float,
             asked: Array,
-        ) -> tuple[float, bool, int]:
+        ) -> tuple[float, bool, int, int]:
             path = np.ascontiguousarray(waypoints)
             return least_among_boxes(path, bounds, boxes, radius, tolerance, most, near, asked)
 

@@ -182,9 +182,9 @@ class MeshWorld(PointWorld):
     def searcher(self) -> Searcher:
         ball, around = shapes_of(self.robot.shapes), shapes_of(self.obstacles)
 
-        def search(path: Array, bounds: Array, *rest: Any) -> tuple[float, bool, int]:
+        def search(path: Array, bounds: Array, *rest: Any) -> tuple[float, bool, int, int]:
             waypoints = np.ascontiguousarray(path)
-            found: tuple[float, bool, int] = least_among_shapes(
+            found: tuple[float, bool, int, int] = least_among_shapes(
                 waypoints, bounds, ball, around, *rest
             )
             return found

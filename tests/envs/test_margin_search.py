@@ -46,9 +46,11 @@ def compare(env: Environment, number: int) -> int:
     model, alone = env.collision_model(), without_searcher(env)
     free = 0
     for path in paths(env, number, seed=5):
+        before = model.checks, alone.checks
         found, expected = model.min_clearance(path), alone.min_clearance(path)
         if expected > env.tolerance:
             assert found == expected  # to the last bit
+            assert model.checks - before[0] == alone.checks - before[1]
             free += 1
         else:
             assert found <= env.tolerance
