@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from envs.collision import continuous as batched
 from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.continuous import DEFAULT_TOLERANCE
-from envs.collision.fcl_model import Allowed, CollisionModel, Prover
+from envs.collision.fcl_model import Allowed, CollisionModel, Prover, Searcher
 from envs.collision.part_scenes import PartScenes
 from envs.collision.shapes import Bodies, Obstacle, Robot
 from envs.problem import Array, Problem
@@ -327,6 +327,12 @@ class Environment(ABC):
         `CollisionModel`."""
         return None
 
+    @property
+    def searcher(self) -> Searcher | None:
+        """A quick search for the least clearance of paths; by default none. See
+        `CollisionModel`."""
+        return None
+
     def speed(self, q: Array) -> Array:
         """Speeds S*(q) (n,) at configurations (n, d)  (equation 3): `speed_model` of `clearance`.
         To have others, set the model; metrics apply it to clearances that they have already."""
@@ -364,6 +370,7 @@ class Environment(ABC):
             allowed_apart=self.allowed_apart,
             prover=self.prover,
             may_touch=self.may_touch,
+            searcher=self.searcher,
         )
 
     def checked_pairs(self) -> CheckedPairs:

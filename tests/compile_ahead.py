@@ -86,6 +86,8 @@ def _ask_all(world: Environment) -> None:
         model.clearance(start)
         model.segment_is_free(start, goal)
     model.first_contact(ends)
+    model.min_clearance(ends)
+    world.clearance(ends)
     assert world.fingerprint
 
 

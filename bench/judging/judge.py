@@ -10,8 +10,9 @@ import numpy as np
 from bench.judging.contact import Contact, first_contact
 from bench.storage.record import MOST_WAYPOINTS, Verdict
 from envs import Environment, Path, Problem
-from envs.collision.continuous import FIRST_QUERIES, UndecidedError
+from envs.collision.continuous import UndecidedError
 from envs.collision.fcl_model import CollisionModel
+from envs.collision.margin_search import FIRST_QUERIES
 from envs.problem import Array
 
 ENDPOINT_TOLERANCE = 1e-6

@@ -1,18 +1,14 @@
 """How long the fastest traversal of a path takes within limits of velocity and acceleration.
 
-TOPP-RA (H. Pham, Q.-C. Pham: A New Approach to Time-Optimal Path Parameterization Based on
-Reachability Analysis, IEEE Transactions on Robotics 34(3), 2018), by the package `toppra`. At a
-corner of a polyline any motion must stop, so corners are rounded first, by an arc that stays so
-close to the path that it makes no other difference.
+By TOPP-RA, see `time_optimal`. At a corner of a polyline any motion must stop, so corners are
+rounded first, by an arc that stays so close to the path that it makes no other difference.
 """
 
 from __future__ import annotations
 
-import logging
-
 import numpy as np
-from numpy.typing import ArrayLike
 
+from bench.judging.time_optimal import greatest_speeds
 from envs.problem import Array
 
 ROUNDING = 0.01
@@ -127,35 +123,12 @@ def _corners(path: Array) -> Array:
 
 
 def _fastest(path: RoundedPath, velocities: Array) -> float | None:
-    import toppra  # only where a robot has limits
-    from toppra import algorithm, constraint
-
-    logging.getLogger("toppra").setLevel(logging.ERROR)
-
-    class Geometric(toppra.interpolator.AbstractGeometricPath):  # type: ignore[misc]
-        """The path as the package wants it."""
-
-        dof = len(velocities)
-        path_interval = np.array([0.0, path.end])
-        waypoints = None
-
-        def __call__(self, s: ArrayLike, order: int = 0) -> Array:
-            at = np.atleast_1d(np.asarray(s, dtype=float))
-            found = path.evaluate(at, order)
-            return found if np.ndim(s) else found[0]
-
-    limits = np.column_stack([-velocities, velocities])
-    constraints = [
-        constraint.JointVelocityConstraint(limits),
-        constraint.JointAccelerationConstraint(limits / RISE_S),
-    ]
     places = _grid(path.knots)
-    solver = algorithm.TOPPRA(constraints, Geometric(), gridpoints=places, solver_wrapper="seidel")
-    _, speeds, _ = solver.compute_parameterization(0.0, 0.0)
-    if speeds is None or not np.isfinite(speeds).all():
-        return None
+    slopes, bends = path.evaluate(places, 1), path.evaluate(places, 2)
+    speeds = greatest_speeds(places, slopes, bends, velocities, velocities / RISE_S)
     # Speeds squared are linear between grid points, so that a piece takes 2 ds / (v0 + v1).
-    return float((2 * np.diff(places) / (speeds[:-1] + speeds[1:])).sum())
+    means = (speeds[:-1] + speeds[1:]) / 2
+    return float((np.diff(places) / means).sum()) if (means > 0).all() else None
 
 
 def _grid(knots: Array) -> Array:

@@ -15,15 +15,14 @@ least; `paths_are_free` at the middles of what is left of many paths, all at onc
 
 from __future__ import annotations
 
-import heapq
 import math
 from collections.abc import Callable, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.collision.margin_search import NO_PROOFS, least_clearance
 from envs.compiled import njit_inline
 from envs.problem import Array
 from envs.spaces import Space
@@ -46,12 +45,6 @@ def straight(a: Array, b: Array, t: float) -> Array:
 PlaceBelow = Callable[[Array, Array, float], float]
 """(a, b, level) -> a place t of the motion from a to b at which the clearance may be about the
 level or less, or -1 where it is proved to be more all along."""
-
-FIRST_QUERIES = 10_000
-"""How many waypoints of a path are asked about in any case, if it has so many."""
-
-_Interval = tuple[float, int, int, float, float, float, float]
-"""How low the clearance can fall in it, and its place; see `_Search._add`."""
 
 DEFAULT_TOLERANCE = 1e-3
 
@@ -136,10 +129,8 @@ def path_min_clearance(
     Stops early at a configuration whose clearance is <= tolerance and returns that. A result
     above `tolerance` is a proof that the whole path is free.
 
-    A Piyavskii-Shubert search: between two known clearances the clearance cannot fall below
-    where the two cones of slope `bound` meet; the interval with the lowest such point is split
-    there until none can be lower than what was found by more than the tolerance. Of very many
-    waypoints it begins with some, evenly among them, and asks about others where it has to.
+    A Piyavskii-Shubert search, see `margin_search`. Of very many waypoints it begins with some,
+    evenly among them, and asks about others where it has to.
 
     Without more queries the result may be below the least clearance.
 
@@ -157,119 +148,21 @@ def path_min_clearance(
     Raises:
         UndecidedError: that was not enough.
     """
-    search = _Search(clearance, waypoints, bounds, tolerance, most_queries, between, place_below)
-    return search.least()
 
+    def at(_path: None, n: int, t: float, most: float) -> float:
+        a = waypoints[n]
+        return clearance(a if t == 0 else between(a, waypoints[n + 1], t), most)
 
-class _Search:
-    """See `path_min_clearance`."""
+    def below(_path: None, n: int, low: float, high: float, level: float) -> float:
+        if place_below is None:
+            return NO_PROOFS
+        a, b = waypoints[n], waypoints[n + 1]
+        return place_below(between(a, b, low), between(a, b, high), level)
 
-    def __init__(
-        self,
-        clearance: ClearanceUpTo,
-        waypoints: Array,
-        bounds: Sequence[float],
-        tolerance: float,
-        most_queries: float,
-        between: Between,
-        place_below: PlaceBelow | None,
-    ) -> None:
-        self._place_below = place_below
-        self._clearance = clearance
-        self._between = between
-        self._waypoints = waypoints
-        self._bounds = bounds
-        self._along = np.concatenate([[0.0], np.cumsum(bounds)])  # at most so far, by waypoint
-        self._tolerance = tolerance
-        self._left = most_queries
-        self._least = math.inf
-        self._intervals: list[_Interval] = []
-
-    def least(self) -> float:
-        """The least clearance, or one that refutes the path."""
-        last = len(self._waypoints) - 1
-        stride = max(1, math.ceil(last / FIRST_QUERIES))
-        knots = [*range(0, last, stride), last]
-        known = [self._at(self._waypoints[i], math.inf) for i in knots]
-        if self._least <= self._tolerance:
-            return self._least
-        for (begin, end), ends in zip(pairwise(knots), pairwise(known), strict=True):
-            self._add(begin, end - 1, 0.0, 1.0, *ends)
-        while self._intervals:
-            interval = heapq.heappop(self._intervals)
-            lowest = interval[0]
-            if lowest >= self._floor():
-                break
-            if self._left <= 0:
-                return self._so_far(lowest)
-            self._split(*interval[1:])
-            if self._least <= self._tolerance:
-                break
-        return self._least
-
-    def _so_far(self, lowest: float) -> float:
-        """What is proved, when nothing is lower than `lowest`."""
-        if lowest < self._tolerance / 2:
-            raise UndecidedError
-        return min(self._least, lowest + self._tolerance)
-
-    def _at(self, q: Array, reach: float) -> float:
-        """The clearance at a configuration (d,), as far as it matters to what is within `reach`,
-        which is all above the floor if the clearance is by as much."""
-        if self._left <= 0:
-            raise UndecidedError
-        self._left -= 1
-        distance = self._clearance(q, self._floor() + reach)
-        self._least = min(self._least, distance)
-        return distance
-
-    def _floor(self) -> float:
-        return max(self._least - self._tolerance, self._tolerance / 2)
-
-    def _add(
-        self, first: int, last: int, low: float, high: float, at_low: float, at_high: float
-    ) -> None:
-        """Notes an interval from `low` on segment `first` to `high` on segment `last`, if it is to
-        be looked at; of several segments it holds the whole."""
-        lowest = (at_low + at_high - self._reach(first, last, low, high)) / 2
-        if lowest < self._floor():
-            interval = (lowest, first, last, low, high, at_low, at_high)
-            heapq.heappush(self._intervals, interval)
-
-    def _reach(self, first: int, last: int, low: float, high: float) -> float:
-        if first == last:
-            return self._bounds[first] * (high - low)
-        return float(self._along[last + 1] - self._along[first])
-
-    def _split(
-        self, first: int, last: int, low: float, high: float, at_low: float, at_high: float
-    ) -> None:
-        """Asks where the cones meet, or a proof fails; among several segments, at a waypoint near
-        there. What is proved to be above the floor is left."""
-        if first == last:
-            a, b = self._waypoints[first], self._waypoints[first + 1]
-            meeting = (low + high) / 2 + (at_low - at_high) / (2 * self._bounds[first])
-            if self._place_below is not None:
-                ends = self._between(a, b, low), self._between(a, b, high)
-                share = self._place_below(*ends, self._floor())
-                if share < 0:
-                    self._at(self._between(a, b, (low + high) / 2), self._tolerance)
-                    return
-                meeting = low + share * (high - low)
-            # It may be at an end, where splitting would gain nothing.
-            t = min(max(meeting, low + 0.05 * (high - low)), high - 0.05 * (high - low))
-            distance = self._at(self._between(a, b, t), self._reach(first, last, low, high))
-            self._add(first, last, low, t, at_low, distance)
-            self._add(first, last, t, high, distance, at_high)
-            return
-        reach = self._reach(first, last, low, high)
-        share = min(max((reach + at_low - at_high) / (2 * reach), 0.05), 0.95)
-        place = self._along[first] + share * reach
-        middle = int(np.searchsorted(self._along, place))
-        middle = min(max(middle, first + 1), last)
-        distance = self._at(self._waypoints[middle], reach)
-        self._add(first, middle - 1, 0.0, 1.0, at_low, distance)
-        self._add(middle, last, 0.0, 1.0, distance, at_high)
+    least, decided = least_clearance(at, below, None, bounds, tolerance, most_queries)
+    if not decided:
+        raise UndecidedError
+    return least
 
 
 def paths_are_free(

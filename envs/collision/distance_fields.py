@@ -23,33 +23,46 @@ def signed_distance_to_boxes(points: Array, boxes: Sequence[Box]) -> Array:
     Exact outside the union. Inside it is negative and at most the true depth in size, exact where
     boxes do not overlap. No boxes give +inf, and a point that is no number gives NaN.
     """
-    if not boxes:
-        return np.full(len(points), np.inf)
-    found = np.empty(len(points))
-    centers = np.array([box.center for box in boxes])
-    halves = np.array([box.sides / 2 for box in boxes])
-    _to_nearest_box(np.asarray(points, dtype=np.float64), centers, halves, found)
+    return distance_to_boxes(points, *box_arrays(boxes))
+
+
+def box_arrays(boxes: Sequence[Box]) -> tuple[Array, Array]:
+    """Centres and halves of the sides of boxes, (m, 3) each."""
+    centers = np.array([box.center for box in boxes]).reshape(-1, 3)
+    return centers, np.array([box.sides / 2 for box in boxes]).reshape(-1, 3)
+
+
+def distance_to_boxes(points: Array, centers: Array, halves: Array) -> Array:
+    """`signed_distance_to_boxes`, given `box_arrays`: for who asks about few points, for which
+    these take most of the time."""
+    found = np.full(len(points), np.inf)
+    if len(centers):
+        _to_nearest_box(np.asarray(points, dtype=np.float64), centers, halves, found)
     return found
 
 
 @njit_hot
 def _to_nearest_box(points: Any, centers: Any, halves: Any, found: Any) -> None:
-    """Writes the distances of points (n, 3) to boxes (m, 3). Not in quick arithmetic: its rounding,
-    hence every sampled problem, shall be the same on every machine."""
+    """Writes the distances of points (n, 3) to boxes (m, 3)."""
     for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        if math.isnan(x) or math.isnan(y) or math.isnan(z):
-            found[i] = np.nan  # comparisons would leave it infinitely far
-            continue
-        least = np.inf
-        for box in range(len(centers)):
-            dx = abs(x - centers[box, 0]) - halves[box, 0]
-            dy = abs(y - centers[box, 1]) - halves[box, 1]
-            dz = abs(z - centers[box, 2]) - halves[box, 2]
-            inside = min(max(dx, dy, dz), 0.0)
-            dx, dy, dz = max(dx, 0.0), max(dy, 0.0), max(dz, 0.0)
-            least = min(least, math.sqrt(dx * dx + dy * dy + dz * dz) + inside)
-        found[i] = least
+        found[i] = to_boxes(points[i, 0], points[i, 1], points[i, 2], centers, halves)
+
+
+@njit_hot
+def to_boxes(x: float, y: float, z: float, centers: Any, halves: Any) -> float:
+    """The signed distance of a point to boxes (m, 3). Not in quick arithmetic: its rounding, hence
+    every sampled problem, shall be the same on every machine, and it is FCL's to the last bit."""
+    if math.isnan(x) or math.isnan(y) or math.isnan(z):
+        return math.nan  # comparisons would leave it infinitely far
+    least = math.inf
+    for box in range(len(centers)):
+        dx = abs(x - centers[box, 0]) - halves[box, 0]
+        dy = abs(y - centers[box, 1]) - halves[box, 1]
+        dz = abs(z - centers[box, 2]) - halves[box, 2]
+        inside = min(max(dx, dy, dz), 0.0)
+        dx, dy, dz = max(dx, 0.0), max(dy, 0.0), max(dz, 0.0)
+        least = min(least, math.sqrt(dx * dx + dy * dy + dz * dz) + inside)
+    return least
 
 
 _BLOCK = 1_000_000  # points at a time

@@ -19,9 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision import continuous
+from envs.collision.coherence import least_along
 from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_obstacles import broad_phases, fcl_transform, placed_in_fcl
 from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
+from envs.collision.margin_search import FIRST_QUERIES
 from envs.collision.separation import Shapes, clearances_of_each, contacts_array, shapes_of
 from envs.collision.shapes import POINT, Mesh, Obstacle, Robot, Solid
 from envs.problem import Array
@@ -59,6 +61,17 @@ _TOUCH = 1e-6
 """The size of a clearance where nothing is touched, but the robot is where it must not be."""
 
 
+_MOST_NEAR = 1000
+"""Configurations of which a searcher may tell, for one path, or four times as many as waypoints."""
+
+
+Searcher = Callable[[Array, Array, float, float, float, Array], tuple[float, bool, int, int]]
+"""(waypoints, bounds, tolerance, most_queries, near, asked) -> `margin_search.least_clearance` of a
+path by distances of its own, which are this model's; and how often it has asked, and has found
+something above 0 and no more than `near`. The first of these configurations are written to `asked`
+(m, d + 1), each with what was found."""
+
+
 class CollisionModel:
     """A robot among solid obstacles, with a broad phase over the obstacles.
 
@@ -83,6 +96,8 @@ class CollisionModel:
             robot's `motion_bound` is of the same.
         may_touch: (moving, obstacles) of bool, which of the robot's shapes may touch which
             obstacles, or be within them; None for none.
+        searcher: a quick search for the least clearance of paths; where it has been is `allowed`,
+            and whether FCL finds contact, is asked afterwards. None for none.
 
     Attributes:
         checks: the number of configurations that were queried so far.
@@ -99,6 +114,7 @@ class CollisionModel:
         allowed_apart: bool = False,
         prover: Prover | None = None,
         may_touch: NDArray[np.bool_] | None = None,
+        searcher: Searcher | None = None,
     ) -> None:
         if not (tolerance > 0 and np.isfinite(tolerance)):
             raise ValueError(f"tolerance must be positive, not {tolerance}")
@@ -134,6 +150,7 @@ class CollisionModel:
         self._pairs = np.array(robot.pairs, dtype=np.int64).reshape(-1, 2)
         self._asks_boxes_alone = not (len(self._around.rows) or len(self._pairs))
         self._prover = prover
+        self._searcher = searcher
 
     def is_valid(self, q: Array) -> bool:
         """Whether the robot touches nothing at a configuration (d,). Ignores the bounds."""
@@ -164,6 +181,27 @@ class CollisionModel:
         if 0 < least <= _NEAR:
             least = 0.0 if self._touch((apart <= _NEAR) & (apart < most)) else least
         return least if self._on_the_right_side(q, known) else -max(abs(least), _TOUCH)
+
+    def clearances(self, q: Array, poses: Array) -> Array:
+        """The `clearance` (n,) at configurations (n, d) at which the robot's shapes are at poses
+        (n, shapes, 3, 4): in less time, where each configuration is near the one before."""
+        if self._boxes:
+            return np.array([self.clearance(one) for one in q])
+        self.checks += len(q)
+        least, known = np.empty(len(q)), np.empty(len(q), dtype=np.bool_)
+        near = np.zeros((len(q), self.robot.moving), dtype=np.bool_)
+        least_along(
+            *(self._shapes, poses, self._around, self._pairs, self.robot.moving),
+            *(self._may_touch, _NEAR, least, near, known),
+        )
+        for n in np.flatnonzero((least > 0) & (least <= _NEAR)):
+            self._place_at(poses[n])
+            least[n] = 0.0 if self._touch(near[n]) else least[n]
+        if self._allowed is not None:
+            asked = np.flatnonzero(~(known & self._allowed_apart))
+            wrong = asked[~self._allowed(q[asked])]
+            least[wrong] = -np.maximum(np.abs(least[wrong]), _TOUCH)
+        return least
 
     def segment_is_free(self, a: Array, b: Array) -> bool:
         """Whether the motion between configurations a and b (d,) is proved free.
@@ -217,15 +255,44 @@ class CollisionModel:
         Raises:
             UndecidedError: `most_queries` are not enough.
         """
+        speeds = self._speeds(waypoints)
+        if self._searcher is not None:
+            found = self._searched(self._searcher, waypoints, speeds, most_queries)
+            if found is not None:
+                return found
         return continuous.path_min_clearance(
             self.clearance,
             waypoints,
-            self._speeds(waypoints),
+            speeds,
             self.tolerance,
             most_queries,
             self._between,
             None if self._prover is None else self._place_below,
         )
+
+    def _searched(
+        self, search: Searcher, waypoints: Array, speeds: Sequence[float], most_queries: float
+    ) -> float | None:
+        """See `min_clearance`; None where too many configurations would be asked about again."""
+        asked = np.empty((max(_MOST_NEAR, 4 * len(waypoints)), waypoints.shape[1] + 1))
+        near = _NEAR if self._allowed is None else np.inf
+        least, decided, checks, count = search(
+            waypoints, np.array(speeds), self.tolerance, float(most_queries), near, asked
+        )
+        self.checks += checks
+        if count > len(asked):
+            return None
+        asked, found = asked[:count, :-1], asked[:count, -1]
+        every = np.ones(self.robot.moving, dtype=np.bool_)
+        for q in asked[found <= _NEAR]:
+            self._place(q)
+            if self._touch(every):
+                return 0.0
+        if self._allowed is not None and not self._allowed(asked).all():
+            return -_TOUCH
+        if not decided:
+            raise continuous.UndecidedError
+        return least
 
     def _place_below(self, a: Array, b: Array, level: float) -> float:
         """A place t on a motion where the clearance may be about a level, -1 if it is proved to be
@@ -249,7 +316,7 @@ class CollisionModel:
 
     def _speeds(self, waypoints: Array) -> Sequence[float]:
         """Bounds on the speed of any point, by segment; of very many segments coarser ones."""
-        if len(waypoints) > continuous.FIRST_QUERIES:
+        if len(waypoints) > FIRST_QUERIES:
             lengths = self._lengths(waypoints)
             coarse: list[float] = (self.robot.rate_bound * lengths).tolist()
             return coarse
@@ -313,8 +380,12 @@ class CollisionModel:
         return self._on_the_right_side(q, known)
 
     def _place(self, q: Array) -> None:
-        """Takes the robot to a configuration; its shapes follow when they are asked for."""
-        self._poses = self.robot.poses(q)
+        """Takes the robot to a configuration (d,)."""
+        self._place_at(self.robot.poses(q))
+
+    def _place_at(self, poses: Array) -> None:
+        """Takes its shapes to poses (shapes, 3, 4); FCL's follow when they are asked for."""
+        self._poses = poses
         self._waiting = [True] * len(self._bodies)
 
     def _body(self, number: int) -> fcl.CollisionObject:

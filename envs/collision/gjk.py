@@ -43,7 +43,19 @@ def distance(a: Any, b: Any, most: float) -> float:
 def hull_distance(a: Any, corners: Any, b: Any, other_corners: Any, most: float) -> float:
     """As `distance`, of solids or meshes, of which it is that of their hulls: their corners (k, 3)
     from the centres of their rows, along the rows' axes; none of a solid."""
-    return _bounds(a, corners, b, other_corners, most)[0]
+    points, v = np.empty((4, 6)), np.empty(3)
+    return _searched(a, corners, b, other_corners, most, points, v)[0]
+
+
+@njit_cached
+def hull_distance_between(
+    a: Any, corners: Any, b: Any, other_corners: Any, most: float, ends: Any
+) -> tuple[float, bool]:
+    """As `hull_distance`, and whether `ends` (2, 3) are the points of each that are nearest to each
+    other: so far as the search came, on their cores, but for rounding."""
+    points, v = np.empty((4, 6)), np.empty(3)
+    found, n = _searched(a, corners, b, other_corners, most, points, v)
+    return found, _ends(a, points, n, ends)
 
 
 @njit_cached
@@ -63,8 +75,12 @@ def moved(row: Any, pose: Any, out: Any) -> None:
 
 
 @njit_cached
-def _bounds(a: Any, corners: Any, b: Any, other_corners: Any, most: float) -> tuple[float, float]:
-    """At most and at least the distance between two solids; both lack `most`, see `distance`.
+def _searched(
+    a: Any, corners: Any, b: Any, other_corners: Any, most: float, points: Any, v: Any
+) -> tuple[float, int]:
+    """At most the distance between two solids, see `distance`; and the number of vertices of the
+    simplex at which the search ended, the first rows of points (4, 6): differences of a point of
+    each, and beside them that of the first. v (3,) is for its steps.
 
     Their cores are searched, and the radii about them taken off in the end.
     """
@@ -73,9 +89,8 @@ def _bounds(a: Any, corners: Any, b: Any, other_corners: Any, most: float) -> tu
     length = math.sqrt(x * x + y * y + z * z)
     apart = length - a[15] - b[15]
     if apart >= most:
-        return apart, length
+        return apart, 0
     rounding = a[17] + b[17]
-    points, v = np.empty((4, 3)), np.empty(3)
     n, squared, lower = 0, np.inf, 0.0
     # (x, y, z) is the difference of a point of each, so that they are at most `length` apart. Of
     # all such differences w is the least far along it: none is nearer to the origin than the plane
@@ -90,12 +105,42 @@ def _bounds(a: Any, corners: Any, b: Any, other_corners: Any, most: float) -> tu
         if lower - rounding >= most or length - lower <= _PRECISION * max(1.0, length):
             break
         points[n, 0], points[n, 1], points[n, 2] = wx, wy, wz
+        points[n, 3], points[n, 4], points[n, 5] = ax, ay, az
         n, found = _nearest(points, n + 1, v)
         if not found < squared:  # as near as rounding allows
             break
         squared, length = found, math.sqrt(found)
         x, y, z = v[0], v[1], v[2]
-    return max(lower - rounding, 0.0), max(length - rounding, 0.0)
+    return max(lower - rounding, 0.0), n
+
+
+@njit_hot
+def _ends(a: Any, points: Any, n: int, ends: Any) -> bool:
+    """Writes the points (2, 3) of two solids whose difference is the one of a simplex (see
+    `_searched`) that is nearest to the origin, which must be within; returns whether it is one of
+    at most three vertices, not flat."""
+    if n == 0 or n == 4:
+        return False
+    by_e, by_f = 0.0, 0.0
+    one, two, three = points[0], points[min(1, n - 1)], points[n - 1]
+    ex, ey, ez = two[0] - one[0], two[1] - one[1], two[2] - one[2]
+    ee, along_e = ex * ex + ey * ey + ez * ez, -(one[0] * ex + one[1] * ey + one[2] * ez)
+    if n == 2:
+        by_e = along_e / ee
+    if n == 3:
+        fx, fy, fz = three[0] - one[0], three[1] - one[1], three[2] - one[2]
+        ff, along_f = fx * fx + fy * fy + fz * fz, -(one[0] * fx + one[1] * fy + one[2] * fz)
+        ef = ex * fx + ey * fy + ez * fz
+        area = ee * ff - ef * ef
+        if not area > 0.0:
+            return False
+        by_e = (along_e * ff - along_f * ef) / area
+        by_f = (along_f * ee - along_e * ef) / area
+    for i in range(3):
+        ends[0, i] = a[9 + i] + one[3 + i]
+        ends[0, i] += by_e * (two[3 + i] - one[3 + i]) + by_f * (three[3 + i] - one[3 + i])
+        ends[1, i] = ends[0, i] - one[i] - by_e * (two[i] - one[i]) - by_f * (three[i] - one[i])
+    return True
 
 
 @njit_cached
@@ -143,11 +188,12 @@ def _nearest(points: Any, n: int, v: Any) -> tuple[int, float]:
 
     Of each face with the last vertex on it, the nearest point of its plane, where that lies within
     the face: all are points of the simplex, whatever is lost to rounding. The first rows of points
-    (4, 3) become the vertices of the face with the nearest of all. Returns their number, and the
-    squared distance of that point.
+    (4, 6), of which the first three numbers count here, become the vertices of the face with the
+    nearest of all. Returns their number, and the squared distance of that point.
     """
     last = n - 1
     px, py, pz = points[last, 0], points[last, 1], points[last, 2]
+    ox, oy, oz = points[last, 3], points[last, 4], points[last, 5]
     least = px * px + py * py + pz * pz
     v[0], v[1], v[2] = px, py, pz
     first, second, third = -1, -1, -1
@@ -207,10 +253,11 @@ def _nearest(points: Any, n: int, v: Any) -> tuple[int, float]:
     n = 0
     for i in (first, second, third):
         if i >= 0:
-            for k in range(3):
+            for k in range(6):
                 points[n, k] = points[i, k]
             n += 1
     points[n, 0], points[n, 1], points[n, 2] = px, py, pz
+    points[n, 3], points[n, 4], points[n, 5] = ox, oy, oz
     return n + 1, least
 
 

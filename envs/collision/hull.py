@@ -14,7 +14,7 @@ from envs.collision.mesh import queries
 from envs.collision.shapes import Mesh
 from envs.problem import Array
 
-_MOST_CORNERS = 256
+_MOST_CORNERS = 320
 """Of a hull that is taken as it is; all are looked at in each step of a search."""
 
 _DIRECTIONS = 128

@@ -35,7 +35,7 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
     solid = row.reshape((1, ROW))
     triangle = np.zeros(ROW)
     nodes, bounds = np.empty(_DEEPEST, dtype=np.int64), np.empty(_DEEPEST)
-    nodes[0], bounds[0] = root, _solid_to_node(trees, root, solid)
+    nodes[0], bounds[0] = root, solid_to_node(trees, root, solid, most)
     waiting, least = 1, most
     while waiting and least > 0.0:
         waiting -= 1
@@ -48,8 +48,8 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
             least = min(least, _solid_to_triangle(triangle, row, least))
             continue
         second = first + 1
-        to_first = _solid_to_node(trees, first, solid)
-        to_second = _solid_to_node(trees, second, solid)
+        to_first = solid_to_node(trees, first, solid, least)
+        to_second = solid_to_node(trees, second, solid, least)
         if to_first < to_second:  # the nearer one last, which is the next that is looked at
             first, second, to_first, to_second = second, first, to_second, to_first
         nodes[waiting], bounds[waiting] = first, to_first
@@ -66,8 +66,9 @@ def _solid_to_triangle(triangle: Any, row: Any, most: float) -> float:
 
 
 @njit_hot
-def _solid_to_node(trees: Any, node: int, solid: Any) -> float:
-    """The greater of what a node's ball and its box keep from a solid (1, ROW) at least."""
+def solid_to_node(trees: Any, node: int, solid: Any, most: float) -> float:
+    """The greater of what a node's ball and its box keep from a solid (1, ROW) at least: its box
+    along its own axes, and where that is less than `most`, along the solid's."""
     middle, axes = trees.middles[node], trees.axes[node]
     by_ball: float = to_solid(solid, 0, middle[0], middle[1], middle[2]) - trees.radii[node]
     x, y, z = solid[0, 9] - middle[0], solid[0, 10] - middle[1], solid[0, 11] - middle[2]
@@ -77,7 +78,21 @@ def _solid_to_node(trees: Any, node: int, solid: Any) -> float:
         gap = abs(along) - trees.halves[node, i] - _reach(solid, axes[i])
         if gap > 0.0:
             squared += gap * gap
-    return float(max(by_ball, math.sqrt(squared)))
+    found = float(max(by_ball, math.sqrt(squared)))
+    if found >= most or solid[0, 16] == POINT:
+        return found
+    squared, halves = 0.0, trees.halves[node]
+    for i in range(3):
+        axis = solid[0, 3 * i : 3 * i + 3]
+        reach = 0.0
+        for j in range(3):
+            along = axes[j, 0] * axis[0] + axes[j, 1] * axis[1] + axes[j, 2] * axis[2]
+            reach += abs(along) * halves[j]
+        along = axis[0] * x + axis[1] * y + axis[2] * z
+        gap = abs(along) - reach - _reach(solid, axis)
+        if gap > 0.0:
+            squared += gap * gap
+    return float(max(found, math.sqrt(squared)))
 
 
 @njit_hot
@@ -126,7 +141,7 @@ def nearest_triangles(
     nodes = np.empty((2 * _DEEPEST, 2), dtype=np.int64)
     bounds = np.empty(2 * _DEEPEST)
     nodes[0, 0], nodes[0, 1] = root, other_root
-    bounds[0] = _node_to_node(trees, root, others, other_root, pose, most)
+    bounds[0] = node_to_node(trees, root, others, other_root, pose, most)
     waiting, least, leaf, other_leaf = 1, most, -1, -1
     # Depth first, the nearer half first. No triangles of two nodes are nearer than the nodes are,
     # so that pairs which are no nearer than what was found can be left out.
@@ -150,8 +165,8 @@ def nearest_triangles(
             a1, a2 = trees.child[a], trees.child[a] + 1
         else:
             b1, b2 = others.child[b], others.child[b] + 1
-        one = _node_to_node(trees, a1, others, b1, pose, least)
-        two = _node_to_node(trees, a2, others, b2, pose, least)
+        one = node_to_node(trees, a1, others, b1, pose, least)
+        two = node_to_node(trees, a2, others, b2, pose, least)
         if one < two:
             a1, b1, a2, b2, one, two = a2, b2, a1, b1, two, one
         if one < least:
@@ -171,6 +186,46 @@ def triangles_apart(trees: Any, leaf: int, others: Any, other: int, pose: Any) -
     _take_triangle(others, other, other_triangle)
     moved(other_triangle, pose, there)
     return float(triangle_to_triangle(triangle, there))
+
+
+@njit_cached
+def solid_to_leaf(trees: Any, leaf: int, row: Any) -> float:
+    """The distance of a solid from the triangle of a leaf, see `solid_to_mesh`."""
+    triangle = np.zeros(ROW)
+    _take_triangle(trees, leaf, triangle)
+    return float(_solid_to_triangle(triangle, row, np.inf))
+
+
+@njit_cached
+def leaf_at(trees: Any, root: int, x: float, y: float, z: float) -> int:
+    """The leaf whose triangle is nearest to a point in the mesh's frame, or one that the point is
+    on, but for rounding."""
+    point, triangle = np.zeros((1, ROW)), np.zeros(ROW)
+    point[0, 9], point[0, 10], point[0, 11], point[0, 16] = x, y, z, POINT
+    nodes, bounds = np.empty(_DEEPEST, dtype=np.int64), np.empty(_DEEPEST)
+    nodes[0], bounds[0] = root, 0.0
+    waiting, least, found = 1, np.inf, root
+    while waiting and least > 0.0:
+        waiting -= 1
+        if bounds[waiting] >= least:
+            continue
+        node = nodes[waiting]
+        first = trees.child[node]
+        if first < 0:
+            _take_triangle(trees, node, triangle)
+            apart = point_to_triangle(triangle, x, y, z)
+            if apart < least:
+                least, found = apart, node
+            continue
+        second = first + 1
+        to_first = solid_to_node(trees, first, point, least)
+        to_second = solid_to_node(trees, second, point, least)
+        if to_first < to_second:
+            first, second, to_first, to_second = second, first, to_second, to_first
+        nodes[waiting], bounds[waiting] = first, to_first
+        nodes[waiting + 1], bounds[waiting + 1] = second, to_second
+        waiting += 2
+    return found
 
 
 @njit_cached
@@ -213,7 +268,7 @@ def first_within(
                 b = first + n
                 by_b = _moves(trees, b, other_axes)
             most = reach + by_a + by_b
-            beyond[n] = _node_to_node(trees, a, trees, b, pose, most) - most
+            beyond[n] = node_to_node(trees, a, trees, b, pose, most) - most
             if beyond[n] <= 0.0:
                 nodes[waiting, 0], nodes[waiting, 1] = a, b
                 moves[waiting, 0], moves[waiting, 1] = by_a, by_b
@@ -247,7 +302,7 @@ def _moves(trees: Any, node: int, axes: Any) -> float:
 
 
 @njit_hot
-def _node_to_node(trees: Any, a: int, others: Any, b: int, pose: Any, most: float) -> float:
+def node_to_node(trees: Any, a: int, others: Any, b: int, pose: Any, most: float) -> float:
     """What two nodes keep from each other at least: what their boxes keep along the line through
     their middles, and where that is less than `most`, along the axes of either."""
     middle, other = trees.middles[a], others.middles[b]

@@ -13,13 +13,26 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.gjk import compose, distance, hull_distance, moved
+from envs.collision.gjk import at as carried
+from envs.collision.gjk import compose, distance, hull_distance_between, moved
 from envs.collision.hull import hull_of
-from envs.collision.mesh_distance import mesh_to_mesh, solid_to_mesh
+from envs.collision.mesh_distance import (
+    leaf_at,
+    mesh_to_mesh,
+    node_to_node,
+    solid_to_leaf,
+    solid_to_mesh,
+    solid_to_node,
+    triangles_apart,
+)
 from envs.collision.mesh_tree import Trees, trees_of
 from envs.collision.shapes import POINT, ROW, Mesh, Obstacle
-from envs.compiled import njit_cached, njit_hot
+from envs.compiled import njit_cached, njit_hot, njit_inline
 from envs.problem import Array
+
+_PRECISION = 1e-7
+"""In metres, or by the distance where that is over a metre: distances may be found that much
+below the truth, in closed form as by `gjk`."""
 
 
 class Shapes(NamedTuple):
@@ -79,12 +92,31 @@ def separation(
     return separated(a, i, row, pose, b, j, other, at, most)[0]
 
 
-@njit_cached
+@njit_inline
 def separated(
     a: Any, i: int, row: Any, pose: Any, b: Any, j: int, other: Any, at: Any, most: float
 ) -> tuple[float, bool]:
     """The `separation` of two shapes, and whether it is known as well, if they are apart, that
     neither is within the other: False only of meshes."""
+    found, known = separated_within(a, i, row, pose, b, j, other, at, most, most)
+    return found, known
+
+
+@njit_cached
+def separated_within(
+    a: Any,
+    i: int,
+    row: Any,
+    pose: Any,
+    b: Any,
+    j: int,
+    other: Any,
+    at: Any,
+    most: float,
+    reach: float,
+) -> tuple[float, bool]:
+    """As `separated`; where the surfaces of meshes are farther apart than `reach`, and their hulls
+    are not, this may be what is said."""
     if a.roots[i] < 0 and b.roots[j] < 0:
         return float(distance(row, other, most)), True
     x, y, z = row[9] - other[9], row[10] - other[10], row[11] - other[11]
@@ -92,14 +124,73 @@ def separated(
     if apart >= most:
         return apart, apart > 0.0
     # A ball is asked of the surface at once, which takes no longer.
-    hulls = 0.0
+    hulls, ends = 0.0, np.empty((2, 3))
     if row[16] != POINT and other[16] != POINT:
-        hulls = hull_distance(row, corners(a, i), other, corners(b, j), most)
+        some, others = corners(a, i), corners(b, j)
+        hulls, known = hull_distance_between(row, some, other, others, most, ends)
         exact = (a.roots[i] < 0 or a.are_hulls[i]) and (b.roots[j] < 0 or b.are_hulls[j])
+        most = min(most, reach)
         if hulls > 0.0 and (exact or hulls >= most):
             return hulls, True
+        if hulls > 0.0 and known:
+            # Where the hulls are nearest there are mostly the meshes: many are hulls but for dents.
+            most = min(most, _separation_at(a, i, pose, b, j, other, at, row, ends))
+            if most <= hulls + _PRECISION * max(1.0, hulls):
+                return hulls, True
     surfaces = _surface_separation(a, i, pose, b, j, other, at, row, most)
     return max(hulls, surfaces), hulls > 0.0
+
+
+@njit_cached
+def _separation_at(
+    a: Any, i: int, pose: Any, b: Any, j: int, other: Any, at: Any, row: Any, ends: Any
+) -> float:
+    """How far two shapes of which one is a mesh, or both are, are apart at points (2, 3) of each:
+    of a mesh it is the triangle nearest to the point that counts."""
+    if a.roots[i] < 0:
+        a, i, row, pose, b, j, other, at = b, j, other, at, a, i, row, pose
+        ends = ends[::-1]
+    here, between, there = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
+    _to_frame_of(a, i, pose, here)
+    x, y, z = carried(here, ends[0])
+    leaf = leaf_at(a.trees, a.roots[i], x, y, z)
+    if b.roots[j] < 0:
+        solid = np.empty(ROW)
+        moved(other, here, solid)
+        return float(solid_to_leaf(a.trees, leaf, solid))
+    _to_frame_of(b, j, at, there)
+    x, y, z = carried(there, ends[1])
+    other_leaf = leaf_at(b.trees, b.roots[j], x, y, z)
+    compose(at, b.poses[j], there)
+    compose(here, there, between)
+    return float(triangles_apart(a.trees, leaf, b.trees, other_leaf, between))
+
+
+@njit_cached
+def _to_frame_of(shapes: Any, number: int, pose: Any, out: Any) -> None:
+    """Writes the pose (3, 4) that takes the workspace to the frame of a mesh, given the pose of
+    the frame that it is placed in."""
+    there = np.empty((3, 4))
+    compose(pose, shapes.poses[number], there)
+    undo(there, out)
+
+
+@njit_cached
+def boxes_apart(
+    a: Any, i: int, pose: Any, b: Any, j: int, other: Any, at: Any, most: float
+) -> float:
+    """What a box that holds a mesh keeps from another shape at least: one that holds it, too, or
+    itself if it is no mesh. As `separation`, of which shape i is the mesh."""
+    here = np.empty((3, 4))
+    _to_frame_of(a, i, pose, here)
+    if b.roots[j] < 0:
+        solid = np.empty((1, ROW))
+        moved(other, here, solid[0])
+        return float(solid_to_node(a.trees, a.roots[i], solid, most))
+    there, between = np.empty((3, 4)), np.empty((3, 4))
+    compose(at, b.poses[j], there)
+    compose(here, there, between)
+    return float(node_to_node(a.trees, a.roots[i], b.trees, b.roots[j], between, most))
 
 
 @njit_cached
@@ -117,11 +208,9 @@ def _surface_separation(
         return meshes_apart(a, i, pose, b, j, at, most, 0.0)
     if a.roots[i] < 0:
         a, i, row, pose, b, j, other, at = b, j, other, at, a, i, row, pose
-    here, between = np.empty((3, 4)), np.empty((3, 4))
-    compose(pose, a.poses[i], here)
-    undo(here, between)
-    solid = np.empty(ROW)
-    moved(other, between, solid)
+    here, solid = np.empty((3, 4)), np.empty(ROW)
+    _to_frame_of(a, i, pose, here)
+    moved(other, here, solid)
     return float(solid_to_mesh(a.trees, a.roots[i], solid, most))
 
 
@@ -140,11 +229,10 @@ def meshes_apart(
 def pose_between(a: Any, i: int, pose: Any, b: Any, j: int, at: Any, between: Any) -> None:
     """Writes the pose (3, 4) of shape j of `b` in the frame of shape i of `a`, given those of the
     frames that they are placed in."""
-    here, there, back = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
-    compose(pose, a.poses[i], here)
-    undo(here, back)
+    here, there = np.empty((3, 4)), np.empty((3, 4))
+    _to_frame_of(a, i, pose, here)
     compose(at, b.poses[j], there)
-    compose(back, there, between)
+    compose(here, there, between)
 
 
 def contacts_array(may_touch: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
@@ -221,20 +309,20 @@ def _near_pairs(
     each, gaps, n = np.empty((count, 2), dtype=np.int64), np.empty(count), 0
     for pair in pairs:
         each[n, 0], each[n, 1] = pair[0], pair[1]
-        gaps[n] = _gap(rows[pair[0]], rows[pair[1]])
+        gaps[n] = sphere_gap(rows[pair[0]], rows[pair[1]])
         n += gaps[n] < most
     for part in range(moving):
         for j in range(len(around)):
             if is_allowed(may_touch, part, j):
                 continue
             each[n, 0], each[n, 1] = part, len(rows) + j
-            gaps[n] = _gap(rows[part], around[j])
+            gaps[n] = sphere_gap(rows[part], around[j])
             n += gaps[n] < most
     return each[:n], gaps[:n]
 
 
 @njit_hot
-def _gap(row: Any, other: Any) -> float:
+def sphere_gap(row: Any, other: Any) -> float:
     """Between the spheres that hold two shapes."""
     x, y, z = row[9] - other[9], row[10] - other[10], row[11] - other[11]
     return math.sqrt(x * x + y * y + z * z) - float(row[15]) - float(other[15])

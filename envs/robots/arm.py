@@ -178,7 +178,13 @@ class Arm:
         return max(hops) + max(slides) + float(outward.max())
 
     def poses(self, q: Array) -> Array:
+        found: Array = self.poses_along(q[None])[0]
+        return found
+
+    def poses_along(self, q: Array) -> Array:
+        """The `poses` (n, shapes, 3, 4) at configurations (n, d)."""
         tree, arrays = self.tree.arrays, self.arrays
+        q = np.ascontiguousarray(q, dtype=np.float64)
         found: Array = _part_poses(tree, arrays.bodies, arrays.offsets, q)
         return found
 
@@ -301,9 +307,11 @@ def _off_axis(axis: Array, point: Array) -> float:
 
 @njit_cached
 def _part_poses(tree: Any, bodies: Any, offsets: Any, q: Any) -> Any:
-    """The poses (p, 3, 4) of parts of bodies (p,), at offsets (p, 3, 4) from them."""
-    there, poses = np.empty((1 + len(tree.parents), 3, 4)), np.empty((len(bodies), 3, 4))
-    body_poses(tree, q, there)
-    for part in range(len(bodies)):
-        compose(there[bodies[part]], offsets[part], poses[part])
+    """The poses (n, p, 3, 4) of parts of bodies (p,), at offsets (p, 3, 4) from them, at
+    configurations (n, d)."""
+    there, poses = np.empty((1 + len(tree.parents), 3, 4)), np.empty((len(q), len(bodies), 3, 4))
+    for n in range(len(q)):
+        body_poses(tree, q[n], there)
+        for part in range(len(bodies)):
+            compose(there[bodies[part]], offsets[part], poses[n, part])
     return poses

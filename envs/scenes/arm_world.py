@@ -30,9 +30,6 @@ _D_MAX = 0.05 / 0.4
 _CONTACT = 0.02
 """The speed at contact, see `SpeedModel`: obstacles are thin here, too."""
 
-_ROUNDING = 1e-9
-"""Metres, far above that of distances."""
-
 
 class ArmWorld(ArmProblems):
     """An arm, or several on one base, among solids. Joints in radians (metres where they slide),
@@ -129,17 +126,10 @@ class ArmWorld(ArmProblems):
         return [] if has_base else stand(self.robot.tree)
 
     def clearance(self, q: Array) -> Array:
-        """Distances (n,), in metres, by `CollisionModel`, one configuration (n, d) at a time; just
-        below 0 in contact."""
+        """Distances (n,), in metres, by `CollisionModel`; just below 0 in contact. Of
+        configurations (n, d) along a path they take less time."""
         q = self.configurations(q)
-        # No more than at the one before and what was moved since: what is farther away than that
-        # need not be asked, of which there is much where they follow a path.
-        moved = self.robot.rate_bound * self.space.distance(q[:-1], q[1:]) + _ROUNDING
-        found, most = np.empty(len(q)), np.inf
-        for n, one in enumerate(q):
-            found[n] = self._model.clearance(one, most)
-            if n < len(moved):
-                most = max(found[n], 0.0) + moved[n]
+        found = self._model.clearances(q, self.robot.poses_along(q))
         return np.where(found <= 0, arm_clearance.TOUCHING, found)
 
     def approximate_clearance(self, q: Array) -> Array:

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.distance_fields import signed_distance_to_boxes
+from envs.collision.distance_fields import box_arrays, distance_to_boxes
+from envs.collision.fcl_model import Searcher
+from envs.collision.margin_search import least_among_boxes
 from envs.collision.shapes import Box
 from envs.errors import InputError
 from envs.problem import Array
@@ -30,10 +32,28 @@ class BoxWorld(PointWorld):
             raise InputError(f"robot_radius must be between 0 and 2, not {robot_radius}")
         super().__init__(robot_radius, SpeedModel(d_min=0.2, d_max=2.0))
         self.obstacles = self._boxes = list(boxes)
+        self._arrays = box_arrays(self._boxes)
 
     def clearance(self, q: Array) -> Array:
         points = self.configurations(q)
-        return signed_distance_to_boxes(points, self._boxes) - self.robot.radius
+        return distance_to_boxes(points, *self._arrays) - self.robot.radius
+
+    @property
+    def searcher(self) -> Searcher:
+        boxes, radius = self._arrays, self.robot.radius
+
+        def search(
+            waypoints: Array,
+            bounds: Array,
+            tolerance: float,
+            most: float,
+            near: float,
+            asked: Array,
+        ) -> tuple[float, bool, int, int]:
+            path = np.ascontiguousarray(waypoints)
+            return least_among_boxes(path, bounds, boxes, radius, tolerance, most, near, asked)
+
+        return search
 
     def boxes_definition(self) -> list[list[float]]:
         """Centres and sides, for `definition`."""

@@ -10,8 +10,10 @@ import numpy as np
 
 from envs.collision.distance_fields import distance_transform
 from envs.collision.enclosure import NO_INSIDE, Enclosure
-from envs.collision.fcl_model import Allowed
+from envs.collision.fcl_model import Allowed, Searcher
+from envs.collision.margin_search import least_among_shapes
 from envs.collision.mesh import cap_holes, queries
+from envs.collision.separation import shapes_of
 from envs.collision.shapes import Mesh
 from envs.errors import InputError, suggestion, tell_once
 from envs.files.mesh_file import FileMesh, read_mesh
@@ -175,6 +177,19 @@ class MeshWorld(PointWorld):
         if self.kind == "interior":
             return lambda q: encloses(q) > 0.5 - _BESIDE_HOLES
         return lambda q: encloses(q) < 0.5 + _BESIDE_HOLES
+
+    @property
+    def searcher(self) -> Searcher:
+        ball, around = shapes_of(self.robot.shapes), shapes_of(self.obstacles)
+
+        def search(path: Array, bounds: Array, *rest: Any) -> tuple[float, bool, int, int]:
+            waypoints = np.ascontiguousarray(path)
+            found: tuple[float, bool, int, int] = least_among_shapes(
+                waypoints, bounds, ball, around, *rest
+            )
+            return found
+
+        return search
 
     def approximate_clearance(self, q: Array) -> Array:
         """Off by at most `ROUGH` d_max, but for one in a thousand, see `distance_transform`."""

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+import logging
+from typing import Any
+
 import numpy as np
 import pytest
+import toppra
+import toppra.algorithm
+import toppra.constraint
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.judging.traversal import RISE_S, ROUNDING, RoundedPath, traversal_time
+from bench.judging.traversal import (
+    RISE_S,
+    ROUNDING,
+    RoundedPath,
+    _corners,
+    _grid,
+    traversal_time,
+)
 
 V = np.array([1.0, 2.0])
 CORNER = np.array([[0.0, 0], [1, 0], [1, 1]])
@@ -48,6 +61,51 @@ def test_twice_the_speed_and_acceleration_is_half_the_time() -> None:
     assert one is not None
     # Times scale so only if velocities and accelerations both do, by the factor and its square.
     assert one > (other or 0) > one / 2
+
+
+def by_toppra(waypoints: np.ndarray, velocities: np.ndarray) -> float:
+    """The same by the package of the method's authors, on the same grid."""
+    rounded = RoundedPath(waypoints, ROUNDING)
+    places = _grid(rounded.knots)
+
+    class Geometric(toppra.interpolator.AbstractGeometricPath):  # type: ignore[misc]
+        """The path as the package wants it."""
+
+        dof = len(velocities)
+        path_interval = np.array([0.0, rounded.end])
+        waypoints = None
+
+        def __call__(self, s: Any, order: int = 0) -> np.ndarray:
+            return rounded.evaluate(np.atleast_1d(np.asarray(s, dtype=float)), order)
+
+    limits = np.column_stack([-velocities, velocities])
+    constraints = [
+        toppra.constraint.JointVelocityConstraint(limits),
+        toppra.constraint.JointAccelerationConstraint(limits / RISE_S),
+    ]
+    logging.getLogger("toppra").setLevel(logging.ERROR)
+    solver = toppra.algorithm.TOPPRA(
+        constraints, Geometric(), gridpoints=places, solver_wrapper="seidel"
+    )
+    _, speeds, _ = solver.compute_parameterization(0.0, 0.0)
+    return float((2 * np.diff(places) / (speeds[:-1] + speeds[1:])).sum())
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_times_are_those_of_toppra(seed: int) -> None:
+    """To its own rounding: it lets squared speeds be off by 1e-8, which counts beside a stop. Some
+    paths turn back where they came from, and joints stand still."""
+    rng = np.random.default_rng(seed)
+    waypoints = rng.uniform(-2, 2, (rng.integers(2, 12), rng.integers(1, 8)))
+    if seed % 3 == 0:
+        waypoints = np.concatenate([waypoints, waypoints[-2::-1]])
+    if seed % 4 == 0:
+        waypoints[:, 0] = 0.5
+    velocities = rng.uniform(0.5, 3, waypoints.shape[1])
+    if waypoints.shape[1] == 1:
+        waypoints = np.cumsum(np.abs(waypoints) + 0.1, axis=0)
+    found = traversal_time(waypoints, velocities)
+    assert found == pytest.approx(by_toppra(_corners(waypoints), velocities), rel=3e-4)
 
 
 paths = st.lists(

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 import envs
 from envs.collision.continuous import (
-    FIRST_QUERIES,
     UndecidedError,
     compiled_is_covered,
     is_covered,
@@ -20,6 +19,7 @@ from envs.collision.continuous import (
     segment_is_free,
 )
 from envs.collision.fcl_model import CollisionModel
+from envs.collision.margin_search import FIRST_QUERIES
 from envs.collision.shapes import Box
 from envs.robots.point import PointRobot
 

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from envs.collision import mesh, mesh_tree
 from envs.collision.fcl_model import CollisionModel
+from envs.collision.gjk import hull_distance, moved
 from envs.collision.separation import clearances_of_each, contacts_array, separations, shapes_of
 from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, PlacedShape, Solid, Sphere
 from envs.problem import Array
@@ -72,6 +73,32 @@ def test_distances_from_meshes_are_never_above_the_truth_and_hardly_below(
         most = exact / 2
         assert separations(shapes, 0, 1, np.array([[STILL, pose]]), most)[0] >= min(most, found)
     assert touching > 10
+
+
+def test_where_hulls_are_nearest_there_may_be_no_mesh() -> None:
+    """Above a dent, and beside it, of a ball that is its hull else."""
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.1)
+    points = np.array(ball.vertices)
+    points[0] *= 0.7
+    dented, box = Mesh(points, np.asarray(ball.faces)), SOLIDS["box"][0]
+    coals = coal_mesh(points, np.asarray(ball.faces)), SOLIDS["box"][1]
+    rng, up = np.random.default_rng(1), ball.vertices[0] / np.linalg.norm(ball.vertices[0])
+    gains = []
+    for other, b in ((box, coals[1]), (dented, coals[0])):
+        shapes = shapes_of([PlacedShape(dented, np.eye(4)), PlacedShape(other, np.eye(4))])
+        for turn in Rotation.random(100, rng=rng).as_matrix():
+            way = up + rng.normal(size=3) * rng.choice([0.02, 0.5])
+            pose = np.column_stack([turn, 0.3 * way / np.linalg.norm(way)])
+            [found] = separations(shapes, 0, 1, np.array([[STILL, pose]]), np.inf)
+            exact = by_coal(coals[0], b, pose)
+            assert exact - 2e-6 <= found <= exact + 2e-6
+            rows = shapes.rows.copy()
+            moved(shapes.rows[1], pose, rows[1])
+            first, last = shapes.first_corners[1], shapes.first_corners[2]
+            corners, others = shapes.corners[:first], shapes.corners[first:last]
+            gains.append(found - hull_distance(rows[0], corners, rows[1], others, np.inf))
+    assert sum(gain > 1e-4 for gain in gains) > 10
+    assert sum(gain < 1e-6 for gain in gains) > 10
 
 
 def test_shapes_placed_elsewhere_are_where_they_are_placed() -> None:
