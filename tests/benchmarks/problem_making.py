@@ -5,8 +5,8 @@ they are the same as before:
 
     PYTHONPATH=. python tests/benchmarks/problem_making.py [--data FOLDER] [ENVIRONMENT ...]
 
-Each in a process of its own, which is ended after ten minutes. Those listed by name may be any
-environment, or the name of a robot, which is then all that is measured.
+Each in a process of its own, which is ended after ten minutes. Environments that are named are all
+that is measured; one of a robot may end in " at a table", as in "arm:robot=so101 at a table".
 """
 
 from __future__ import annotations
