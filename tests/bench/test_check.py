@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,9 @@ import pytest
 from conftest import Cli, Refused
 from records import record_of, row
 
+from bench.analysis import regression
 from bench.storage.store import Store
+from envs import InputError
 
 N = 20
 SOLVED = {"fmm": N, "rrtstar": N - 1, "prmstar": N}
@@ -311,3 +314,11 @@ def test_an_update_spares_what_is_not_a_baseline(refused: Refused, tmp_path: Pat
     said = refused("check", stored(tmp_path / "now"), "--baseline", file, "--update")
     assert "is not a baseline" in said
     assert file.read_text() == "name,value\nimportant,1\n"
+
+
+def test_reading_a_baseline_leaves_the_limit_of_other_files(tmp_path: Path) -> None:
+    before, file = csv.field_size_limit(), tmp_path / "baseline.csv"
+    file.write_text("x" * (before + 10))
+    with pytest.raises(InputError):
+        regression.read(file)
+    assert csv.field_size_limit() == before

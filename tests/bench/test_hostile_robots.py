@@ -63,7 +63,7 @@ BOMBS = {
     "a file": external("file:///etc/passwd"),
     "an address": external("http://localhost:9/x"),
     "parameter": '<!DOCTYPE robot [<!ENTITY % p SYSTEM "http://localhost:9/x"> %p;]><robot/>',
-    "deep": "<robot name='a'>" + "<link>" * 20_000,
+    "deep": "<robot name='a'>" + "<link>" * 120_000,
     "deep and closed": robot(A, B, AB, "<x>" * 300 + "</x>" * 300),
     "100,000 links": robot(*(f'<link name="l{n}"/>' for n in range(100_000))),
 }
@@ -126,7 +126,7 @@ SCENES = {
     "itself": "obstacles: &a\n  - *a\n",
     "code": "obstacles: !!python/object/apply:os.system ['touch ran']\n",
     "module": "obstacles: !!python/module:antigravity\n",
-    "deep": "obstacles: " + "[" * 20_000,
+    "deep": "obstacles: " + "[" * 120_000,
     "NaN": "obstacles:\n  - {box: [.nan, 1, 1]}\n",
     "infinite": "obstacles:\n  - {sphere: .inf}\n",
     "negative": "obstacles:\n  - {sphere: -1}\n",
@@ -134,7 +134,7 @@ SCENES = {
     "unknown": "obstacles:\n  - {bocks: [1, 1, 1]}\n",
     "two shapes": "obstacles:\n  - {box: [1, 1, 1], sphere: 1}\n",
     "twice": "obstacles: []\nobstacles: []\n",
-    "large": "obstacles:\n" + "  - {sphere: 0.1, position: [9, 9, 9]}\n" * 20_000,
+    "large": "obstacles:\n" + "  - {sphere: 0.1, position: [9, 9, 9]}\n" * 120_000,
     "missing mesh": "obstacles:\n  - {mesh: gone.stl}\n",
 }
 

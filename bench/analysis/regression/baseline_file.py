@@ -92,15 +92,23 @@ def _cells(file: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """The header, and of each row its line's number and its cells."""
     try:
         text = file.read_text(encoding="utf-8")
-        # The reader's own limit is reached by some ten thousand problems.
-        csv.field_size_limit(max(csv.field_size_limit(), len(text)))
-        reader = csv.reader(io.StringIO(text), strict=True)
-        found = [(reader.line_num, cells) for cells in reader if cells]
+        found = _rows(text)
     except FileNotFoundError as error:
         raise InputError(f"there is no {file}; --update writes it") from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"cannot read {file} as a baseline: {error}") from error
     return (found[0][1] if found else []), found[1:]
+
+
+def _rows(text: str) -> list[tuple[int, list[str]]]:
+    """Of a CSV file each row that has cells, after its line's number."""
+    # The reader's own limit is reached by some ten thousand problems. It is the whole process's.
+    before = csv.field_size_limit(max(csv.field_size_limit(), len(text)))
+    try:
+        reader = csv.reader(io.StringIO(text), strict=True)
+        return [(reader.line_num, cells) for cells in reader if cells]
+    finally:
+        csv.field_size_limit(before)
 
 
 def _measures(file: Path, header: Sequence[str]) -> tuple[str, ...]:
