@@ -54,7 +54,7 @@ class Looked:
 def main(runs: Sequence[Path], most: int) -> None:
     accepted = pd.concat([bench.load(run).paths for run in runs])
     accepted = accepted[accepted["outcome"] == "VALID"]
-    robots = accepted["env"].str.extract(r"robot=(\w+)")[0].to_numpy()
+    robots = [_arguments_of(env)["robot"] for env in accepted["env"]]
     found: dict[str, Looked] = {}
     for robot, paths in accepted.groupby(robots, sort=False):
         found[str(robot)] = _look_at(str(robot), _some(paths, most))
@@ -119,7 +119,7 @@ def _scene(env: str, index: int, folder: Path) -> tuple[ArmWorld, ExactArm]:
 
 def _files(env: str, folder: Path) -> RobotFiles:
     """A robot's files, with a state in which all joints are where the first request has them."""
-    arguments = dict(one.split("=") for one in env.partition(":")[2].split(","))
+    arguments = _arguments_of(env)
     robot = arguments["robot"]
     of_robot = robot_folder(robot)
     problems = read_problem_files(of_robot / "problems.tar.bz2", f"{arguments['set']}_{robot}")
@@ -131,6 +131,12 @@ def _files(env: str, folder: Path) -> RobotFiles:
     srdf = folder / f"{robot}.srdf"
     tree.write(srdf)
     return RobotFiles(of_robot / f"{robot}.urdf", srdf, _STATE)
+
+
+def _arguments_of(env: str) -> dict[str, str]:
+    """Those of an environment of MotionBenchMaker's, by name: `robot`, `set`."""
+    entry = envs.REGISTRY.entry(env)
+    return {**entry.spec.arguments, **entry.arguments}
 
 
 def _arguments() -> argparse.Namespace:
