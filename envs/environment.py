@@ -323,7 +323,7 @@ class Environment(ABC):
 
     @property
     def prover(self) -> Prover | None:
-        """Quick proofs that motions are free, which spare searches; by default none. See
+        """Quick proofs, which decide about motions in place of searches; by default none. See
         `CollisionModel`."""
         return None
 

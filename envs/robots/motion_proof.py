@@ -137,9 +137,9 @@ def nothing_within(arm: Any, around: Any, may_touch: Any, q: Any) -> bool:
                 return False
     for n in range(len(arm.branches)):
         part, other = arm.branches[n, 0], arm.branches[n, 1]
-        if arm.shapes.roots[part] >= 0 or arm.shapes.roots[other] >= 0:  # noqa: SIM102
-            if not apart(arm, bodies, rows, part, other, 0.0)[1]:
-                return False
+        has_mesh = arm.shapes.roots[part] >= 0 or arm.shapes.roots[other] >= 0
+        if has_mesh and not apart(arm, bodies, rows, part, other, 0.0)[1]:
+            return False
     return True
 
 

@@ -17,15 +17,16 @@ from envs.collision.primitive_sdf import to_solid
 from envs.collision.shapes import Mesh, PlacedShape
 from envs.compiled import njit_cached
 from envs.problem import Array
+from envs.robots.arm import SLACK
 
 _STEPS = 20
+"""Toward the centre of a sphere that holds others."""
 
 _CHILDREN = 4
 """Of a sphere that is no leaf, at most."""
 
-_SLACK, _MESH_SLACK = 0.008, 0.003
-"""About how far, in metres, leaves reach out of the sides of parts; see `Solid.sphere_cover`. The
-distances of meshes take long, so that of these it is less."""
+_MESH_SLACK = 0.003
+"""As `SLACK`, of meshes, whose distances take long."""
 
 NONE_INSIDE = -np.inf
 """The radius of a sphere within a part where none is known to be."""
@@ -52,14 +53,12 @@ class SphereTrees(NamedTuple):
     beyond: Array
 
 
-def sphere_trees(
-    parts: Sequence[PlacedShape],
-) -> SphereTrees:
+def sphere_trees(parts: Sequence[PlacedShape]) -> SphereTrees:
     """The trees of parts: p solids, placed in the frames of their bodies."""
     rows: list[tuple[Array, float, int, float]] = []
     firsts, beyond = [0], []
     for part in parts:
-        slack = _MESH_SLACK if isinstance(part.solid, Mesh) else _SLACK
+        slack = _MESH_SLACK if isinstance(part.solid, Mesh) else SLACK
         spheres = part.solid.sphere_cover(slack)
         centers = spheres.centers @ part.pose[:3, :3].T + part.pose[:3, 3]
         _add(rows, centers, spheres.radii, _inner_radii(part, centers))
