@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -11,9 +12,9 @@ from numpy.typing import NDArray
 from envs.collision.separation import contacts_array, shapes_of
 from envs.collision.shapes import Obstacle
 from envs.problem import Array
-from envs.robots.arm import Arm, RobotArrays
+from envs.robots.arm import Arm
 from envs.robots.motion_proof import nothing_within, prove
-from envs.robots.pair_tables import PairTables, split
+from envs.robots.pair_tables import PairTables, split, tables_of
 from envs.robots.sphere_trees import SphereTrees, sphere_trees
 
 
@@ -24,34 +25,53 @@ class ArmProver:
         arm: the robot.
         obstacles: fixed in the workspace.
         may_touch: (moving, obstacles) of bool, see `Environment.may_touch`.
+        tabled: up to what is kept tables of the arm's pairs are asked, in workspace units. Planners
+            ask for little, always the same; a judge for more, and of each path something else, for
+            which cells would have to be asked again.
+
+    Attributes:
+        known: of the arm, whatever is around it.
     """
 
     def __init__(
-        self, arm: Arm, obstacles: Sequence[Obstacle], may_touch: NDArray[np.bool_] | None
+        self,
+        arm: Arm,
+        obstacles: Sequence[Obstacle],
+        may_touch: NDArray[np.bool_] | None,
+        tabled: float,
     ) -> None:
-        self._arm = arm
-        self._robot, self._trees, self._tables = _looked_up(arm)
+        self._arm, self._tabled = arm, tabled
+        self.known = _looked_up(arm)
         self._around, self._may_touch = shapes_of(obstacles), contacts_array(may_touch)
 
     def prove(self, a: Array, b: Array, asked: float, kept: float) -> tuple[float, bool]:
         [(tree, (begin, end))] = self._arm.tree.motions(np.array([a, b]))
         scene = self._around, self._may_touch
-        robot = self._robot._replace(tree=tree)
-        return prove(robot, self._trees, self._tables, *scene, begin, end, asked, kept)
+        known = self.known
+        pairs, tables = known.tabled if kept <= self._tabled else known.untabled
+        robot = self._arm.arrays._replace(tree=tree, branches=pairs)
+        return prove(robot, known.trees, tables, *scene, begin, end, asked, kept)
 
     def nothing_within(self, q: Array) -> bool:
         return bool(nothing_within(self._arm.arrays, self._around, self._may_touch, q))
 
 
-_KNOWN: WeakKeyDictionary[Arm, tuple[RobotArrays, SphereTrees, PairTables]] = WeakKeyDictionary()
+class Known(NamedTuple):
+    """What proofs know of an arm; and its pairs, those without tables and the tables of the others,
+    where these are asked, and where they are not."""
+
+    trees: SphereTrees
+    tabled: tuple[NDArray[np.int64], PairTables]
+    untabled: tuple[NDArray[np.int64], PairTables]
 
 
-def _looked_up(arm: Arm) -> tuple[RobotArrays, SphereTrees, PairTables]:
-    """What proofs know of an arm, made once for as long as there is the arm: scenes of problem sets
-    share one."""
+_KNOWN: WeakKeyDictionary[Arm, Known] = WeakKeyDictionary()
+
+
+def _looked_up(arm: Arm) -> Known:
+    """Made once for as long as there is the arm: scenes of problem sets share one."""
     if arm not in _KNOWN:
-        arrays = arm.arrays
-        others, tables = split(arm)
         trees = sphere_trees([part.placed for part in arm.parts])
-        _KNOWN[arm] = arrays._replace(branches=others), trees, tables
+        untabled = arm.arrays.branches, tables_of(arm, [])
+        _KNOWN[arm] = Known(trees, split(arm), untabled)
     return _KNOWN[arm]

@@ -84,7 +84,7 @@ def split(arm: Arm) -> tuple[NDArray[np.int64], PairTables]:
             found.append((pair, [*between, -1][:2]))
         else:
             rest.append(pair)
-    return np.array(rest, dtype=np.int64).reshape(-1, 3), _tables(arm, found)
+    return np.array(rest, dtype=np.int64).reshape(-1, 3), tables_of(arm, found)
 
 
 def _between(arm: Arm, pair: NDArray[np.int64]) -> list[int]:
@@ -100,7 +100,9 @@ def _between(arm: Arm, pair: NDArray[np.int64]) -> list[int]:
     return sorted(found)
 
 
-def _tables(arm: Arm, pairs: list[tuple[NDArray[np.int64], list[int]]]) -> PairTables:
+def tables_of(arm: Arm, pairs: list[tuple[NDArray[np.int64], list[int]]]) -> PairTables:
+    """Tables of some of its pairs, rows of `RobotArrays.branches`, each with the one or two numbers
+    of a configuration that part them, and -1 for none."""
     k = len(pairs)
     coordinates = np.array([of for _, of in pairs], dtype=np.int64).reshape(k, 2)
     lower, width = np.zeros((k, 2)), np.ones((k, 2))

@@ -152,7 +152,7 @@ class ArmWorld(ArmProblems):
 
     @property
     def prover(self) -> Prover:
-        return ArmProver(self.robot, self.obstacles, self.may_touch)
+        return ArmProver(self.robot, self.obstacles, self.may_touch, self.planning_tolerance)
 
     def definition(self) -> dict[str, Any]:
         model, tree = self.speed_model, self.robot.tree

@@ -14,6 +14,7 @@ from made_trees import distances_of
 from envs.collision.shapes import Mesh, PlacedShape
 from envs.problem import Array
 from envs.robots.arm import Arm, Part
+from envs.robots.arm_prover import ArmProver
 from envs.robots.kinematic_tree import Joint
 from envs.robots.pair_tables import PairTables, place_in_tables, split
 
@@ -122,3 +123,24 @@ def test_motions_through_cells_that_are_not_parted_are_asked_for_themselves(
     for a, b in rng.uniform(arm.tree.lower, arm.tree.upper, (40, 2, 2)):
         found = place_in_tables(arm.arrays, tables, a, b, 2 * KEPT, KEPT)
         assert (found < 0) == (place_in_tables(arm.arrays, full, a, b, 2 * KEPT, KEPT) < 0)
+
+
+def test_more_than_planners_ask_for_is_proved_without_tables() -> None:
+    """A judge asks for something else of each path, for which all cells would be asked again."""
+    arm, other = two_joints(), two_joints()
+    quick, tabled = ArmProver(arm, [], None, KEPT / 2), ArmProver(other, [], None, KEPT)
+    rng, proved = np.random.default_rng(3), 0
+    for a, b in rng.uniform(arm.tree.lower, arm.tree.upper, (60, 2, 2)):
+        place, _ = quick.prove(a, b, 2 * KEPT, KEPT)
+        assert (place < 0) == (tabled.prove(a, b, 2 * KEPT, KEPT)[0] < 0)
+        proved += place < 0
+        if place >= 0:
+            assert apart(arm, (a + place * (b - a))[None])[0] <= 2 * KEPT
+    assert 10 < proved < 55
+    assert tables_asked(tabled) and not tables_asked(quick)
+
+
+def tables_asked(prover: ArmProver) -> bool:
+    """Whether anything is known of cells of the arm's tables."""
+    _, tables = prover.known.tabled
+    return bool((tables.proved >= 0).any())
