@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import coal
 import numpy as np
 import trimesh
+from exact_steps import encloses
 from numpy.typing import NDArray
 
 from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, PlacedShape, Sphere
@@ -84,7 +84,7 @@ class ExactSolid:
         pieces = whole.split(only_watertight=False)
         self.points = np.array([piece.vertices[0] for piece in pieces])
         self.radius = float(np.linalg.norm(whole.vertices - self.middle, axis=1).max())
-        self.surface = np.asarray(whole.triangles)
+        self.surface = np.array(whole.triangles)
         hull = whole.convex_hull
         about = coal_mesh(hull.vertices, hull.faces)
         about.buildConvexRepresentation(False)
@@ -94,15 +94,7 @@ class ExactSolid:
             self.geometry = self.hull
 
     def encloses(self, points: Array) -> bool:
-        """Whether the inside of a mesh has one of some points (n, 3): by the sum of solid angles
-        (Van Oosterom and Strackee 1983)."""
+        """Whether the inside of a mesh has one of some points (n, 3)."""
         assert self.surface is not None
         near = points[(np.abs(points - self.middle) < self.half).all(axis=1)]
-        for point in near:
-            a, b, c = np.moveaxis(self.surface - point, 1, 0)
-            la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-            over = np.einsum("ni,ni->n", a, np.cross(b, c))
-            under = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-            if abs(np.arctan2(over, under).sum()) > math.pi:  # half of 4 pi, by half angles
-                return True
-        return False
+        return len(near) > 0 and bool(encloses(self.surface, near))

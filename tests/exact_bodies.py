@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pinocchio
 from coal_shapes import ExactSolid, coal_geometry, coal_pose
-from exact_scene import ExactScene, Frames, Joints
+from exact_scene import ExactScene, Joints
+from exact_steps import Frames, body_frames
 
 from envs.collision.shapes import PlacedShape
 from envs.problem import Array
@@ -69,17 +71,14 @@ class BodyMotion:
     on a joint that slides, with one on it that turns."""
 
     def __init__(self, begin: Any, end: Any) -> None:
-        self._turn, self._shift = begin.rotation, begin.translation
+        self._turn, self._shift = begin.rotation, np.array(begin.translation)
         self._step = end.translation - self._shift
         self._angle = pinocchio.log3(self._turn.T @ end.rotation)
-        self.speeds = np.array([np.linalg.norm(self._step), np.linalg.norm(self._angle)])
+        self.speeds = np.array([math.hypot(*self._step), math.hypot(*self._angle)])
 
     def at(self, t: float) -> Frames:
-        turn, shift = self._turn @ pinocchio.exp3(t * self._angle), self._shift + t * self._step
-        about = turn @ self._angle
-        return Frames(
-            np.stack([np.eye(3), turn]),
-            np.stack([np.zeros(3), shift]),
-            np.stack([self._step, np.cross(shift, about)]),
-            np.stack([np.zeros(3), about]),
+        turn = self._turn @ pinocchio.exp3(t * self._angle)
+        frames: Frames = body_frames(
+            turn, self._shift + t * self._step, self._step, turn @ self._angle
         )
+        return frames

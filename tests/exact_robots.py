@@ -17,7 +17,8 @@ import trimesh
 from coal_shapes import ExactSolid, coal_geometry, coal_mesh, coal_pose
 from exact_bodies import BodyMotion, pose_of
 from exact_links import Links
-from exact_scene import ExactScene, Frames, Joints
+from exact_scene import ExactScene, Joints
+from exact_steps import Frames, carried_frames
 from numpy.typing import NDArray
 
 from envs.collision.shapes import PlacedShape
@@ -80,6 +81,10 @@ class ExactArm(ExactScene):
             _put(self._neutral, self._model.joints[self._model.getJointId(name)], value)
         names = list(self._model.names)
         self._moving = [n for n, name in enumerate(names) if name in self._links.followed]
+        joints = [self._model.joints[n] for n in self._moving]
+        self._values_at = np.array([joint.idx_q for joint in joints])
+        self._columns_at = np.array([joint.idx_v for joint in joints])
+        self._circles = [n for n, joint in enumerate(joints) if joint.nq == 2]
         follows = [self._links.followed[names[n]] for n in self._moving]
         self._follows = [one.coordinate for one in follows]
         self._ratios, self._offsets = np.array([one[1:] for one in follows]).T
@@ -128,7 +133,7 @@ class ExactArm(ExactScene):
         Args:
             ways: to the links' solids, which come first.
         """
-        turns = np.linalg.norm(self._columns()[:, 3:], axis=1) > 0.5
+        turns = np.linalg.norm(self._columns()[3:], axis=0) > 0.5
         ends = self._ratios * self.limits[:, self._follows] + self._offsets
         slides = np.where(turns, 0.0, np.abs(ends).max(axis=0))
         begins = [self._data.oMi[n].translation for n in self._moving]  # where none has slid
@@ -147,9 +152,8 @@ class ExactArm(ExactScene):
         return Joints(moves, np.array([False, True, *turns]), reaches)
 
     def _columns(self) -> Array:
-        """What moves with the joints that move does at a unit speed of each, (m, 6)."""
-        places = [self._model.joints[n].idx_v for n in self._moving]
-        found: Array = self._data.J[:, places].T
+        """What moves with the joints that move does at a unit speed of each, (6, m)."""
+        found: Array = np.ascontiguousarray(self._data.J[:, self._columns_at])
         return found
 
     def _forbidden(self, joints: Joints) -> Iterator[tuple[int, int]]:
@@ -215,15 +219,20 @@ class ExactArm(ExactScene):
             return self._stands
         return self._stands * pose_of(q[: self.base], 0.0 if self.base == BASES["planar"] else None)
 
-    def frames_at(self, values: Array, rates: Array) -> Frames:
-        """Where joints on the base have values (m,), and change at rates (m,); in its frame."""
+    def frames_on(self, base: Frames, values: Array, rates: Array) -> Frames:
+        """Where joints on a base have values (m,), and change at rates (m,)."""
         q = self._neutral.copy()
-        for n, value in zip(self._moving, values, strict=True):
-            _put(q, self._model.joints[n], value)
+        q[self._values_at] = values
+        for n in self._circles:  # in the order of cosine and sine
+            place = self._values_at[n]
+            q[place], q[place + 1] = math.cos(values[n]), math.sin(values[n])
         pinocchio.computeJointJacobians(self._model, self._data, q)
-        poses = np.array([np.eye(4), *(self._data.oMi[n].homogeneous for n in self._moving)])
-        columns = self._columns() * rates[:, None]
-        return Frames(poses[:, :3, :3], poses[:, :3, 3], columns[:, :3], columns[:, 3:])
+        turns, shifts = np.empty((len(values), 3, 3)), np.empty((len(values), 3))
+        for n, joint in enumerate(self._moving):
+            placed = self._data.oMi[joint]
+            turns[n], shifts[n] = placed.rotation, placed.translation
+        frames: Frames = carried_frames(base, turns, shifts, self._columns(), rates)
+        return frames
 
     def values(self, q: Array) -> Array:
         """Of all joints that move on the base, (m,), where the coordinates have values (d,)."""
@@ -249,21 +258,8 @@ class ExactMotion:
         self.speeds = np.concatenate([self._base.speeds, np.abs(self._rates)])
 
     def at(self, t: float) -> Frames:
-        on_base = self._arm.frames_at(self._begin + t * self._rates, self._rates)
-        return carried(self._base.at(t), on_base)
-
-
-def carried(base: Frames, on_base: Frames) -> Frames:
-    """A base, and what is on it, which is told in its frame."""
-    turn, shift = base.turns[1], base.shifts[1]
-    turning = on_base.turning @ turn.T
-    velocities = on_base.velocities @ turn.T + np.cross(shift, turning)
-    return Frames(
-        np.concatenate([base.turns, turn @ on_base.turns[1:]]),
-        np.concatenate([base.shifts, on_base.shifts[1:] @ turn.T + shift]),
-        np.concatenate([base.velocities, velocities]),
-        np.concatenate([base.turning, turning]),
-    )
+        values = self._begin + t * self._rates
+        return self._arm.frames_on(self._base.at(t), values, self._rates)
 
 
 def numbered(links: Sequence[str]) -> list[str]:

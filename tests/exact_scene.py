@@ -3,12 +3,23 @@ takes two of them too near: an independent check of ours, which shares nothing w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import coal
 import numpy as np
 from coal_shapes import ExactSolid
+from exact_steps import (
+    Frames,
+    Pairs,
+    Places,
+    Solids,
+    advance,
+    each_apart_at_least,
+    place,
+    speeds,
+    step_within,
+)
 from numpy.typing import NDArray
 
 from envs.problem import Array
@@ -18,21 +29,6 @@ _AT_ONCE = 0.01
 
 _MUCH = 0.05
 """Of a motion: where their hulls prove so much, surfaces are not asked."""
-
-
-class Frames(NamedTuple):
-    """Where bodies are, and how fast joints move them, at one time of a motion.
-
-    Attributes:
-        turns, shifts: (b, 3, 3) and (b, 3), of the bodies' frames; the first stands still.
-        velocities, turning: (m, 3) each, of what is rigidly on each joint: linear, of the point
-            that is at the world's origin, and angular, per unit of time.
-    """
-
-    turns: Array
-    shifts: Array
-    velocities: Array
-    turning: Array
 
 
 class Motion(Protocol):
@@ -96,26 +92,31 @@ class ExactScene:
     ) -> None:
         self.solids = solids
         self.joints = joints
-        self._bodies = np.array(bodies)
-        self._turns, self._shifts = offsets[:, :3, :3], offsets[:, :3, 3]
-        self._middles = np.einsum(
-            "gij,gj->gi", self._turns, np.array([solid.middle for solid in solids])
+        self._moved = Solids(
+            np.array(bodies),
+            np.ascontiguousarray(offsets[:, :3, :3]),
+            np.ascontiguousarray(offsets[:, :3, 3]),
+            np.array([solid.middle for solid in solids]),
+            np.array([solid.half for solid in solids]),
+            np.array([solid.radius for solid in solids]),
         )
-        self._halves = np.array([solid.half for solid in solids])
-        self._radii = np.array([solid.radius for solid in solids])
         self._request = coal.DistanceRequest()
         self.ask_of(pairs)
 
     def ask_of(self, pairs: Sequence[tuple[int, int]]) -> None:
         """From now on, whether these (p, 2) touch."""
         self.pairs = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+        self._told = [(int(a), int(b)) for a, b in self.pairs]
         moves = self.joints.moves
         apart = moves[self.pairs] & ~moves[self.pairs[:, ::-1]]  # (p, 2, m)
-        sides = np.concatenate([self.pairs.reshape(-1, 1), apart.reshape(-1, moves.shape[1])], 1)
-        sides, which = np.unique(sides, axis=0, return_inverse=True)
-        self._side_of = which.reshape(-1, 2)
-        self.sides = sides[:, 0].astype(np.int64)
-        self.moved = sides[:, 1:].astype(bool)
+        each = np.concatenate([self.pairs.reshape(-1, 1), apart.reshape(-1, moves.shape[1])], 1)
+        each, side_of = np.unique(each, axis=0, return_inverse=True)
+        self.sides = each[:, 0].astype(np.int64)
+        self.moved = each[:, 1:].astype(bool)
+        sets, set_of = np.unique(self.moved, axis=0, return_inverse=True)
+        self._asked = Pairs(
+            self.pairs, side_of.reshape(-1, 2), self.sides, set_of.reshape(-1), sets
+        )
         bends = [self._bend(*side) for side in zip(self.sides, self.moved, strict=True)]
         self._bends = np.array(bends).reshape(-1, *2 * moves.shape[1:])
 
@@ -133,11 +134,19 @@ class ExactScene:
 
     def place(self, frames: Frames) -> None:
         """Takes the solids to where their bodies are."""
-        turns = frames.turns[self._bodies]
-        self.turns = turns @ self._turns
-        self._origins = frames.shifts[self._bodies] + np.einsum("gij,gj->gi", turns, self._shifts)
-        self.centres = self._origins + np.einsum("gij,gj->gi", turns, self._middles)
+        self._take(place(frames, self._moved))
+
+    def _take(self, places: Places) -> None:
+        self._places = places
         self._placed: dict[int, Any] = {}
+
+    @property
+    def turns(self) -> Array:
+        return self._places.turns
+
+    @property
+    def centres(self) -> Array:
+        return self._places.centres
 
     def first_below(self, motion: Motion, floor: float, least: float) -> Near | None:
         """Where a motion first takes two solids to within a distance of each other, if it does.
@@ -151,49 +160,49 @@ class ExactScene:
                 looked at to the next; a pair that is hardly more than `floor` apart is sampled so.
         """
         proved = np.zeros(len(self.pairs))
-        bends = self.bends(motion)[self._side_of].sum(axis=1)
-        while len(proved) and (t := proved.min()) < 1:
-            frames = motion.at(t)
-            self.place(frames)
-            todo = np.flatnonzero(proved < 1)
-            speeds = self.speeds(frames)[self._side_of[todo]].sum(axis=1)
-            gaps = self._apart_at_least(self.pairs[todo]) - floor
-            proved[todo] = np.maximum(proved[todo], t + _steps(gaps, speeds, bends[todo]))
-            for k, speed in zip(todo, speeds, strict=True):
-                if proved[k] <= t + _AT_ONCE:
-                    pair, bend = self.pairs[k], bends[k]
-                    distance = self._distance(pair, _gap(_MUCH, speed, bend) + floor)
-                    if distance <= floor:
-                        return Near(t, distance, (int(pair[0]), int(pair[1])))
-                    step = _steps(np.array([max(distance - floor, least)]), speed, bend)[0]
-                    proved[k] = max(proved[k], t + step)
+        bends = self._bends_of_pairs(motion)
+        while len(proved) and (t := float(proved.min())) < 1:
+            for k, speed in self._advance(motion, t, floor, bends, proved):
+                distance = self._distance(self._told[k], _gap(_MUCH, speed, bends[k]) + floor)
+                if distance <= floor:
+                    return Near(t, distance, self._told[k])
+                step = step_within(max(distance - floor, least), speed, bends[k])
+                proved[k] = max(proved[k], t + step)
         return None
+
+    def _advance(
+        self, motion: Motion, t: float, floor: float, bends: Array, proved: Array
+    ) -> Iterator[tuple[int, float]]:
+        """Takes the solids to where they are at a time, and proves of pairs what balls and boxes
+        can; see `exact_steps.advance`.
+
+        Yields:
+            The pairs that coal must be asked of, and how fast they may come nearer.
+        """
+        frames, soon = motion.at(t), t + _AT_ONCE
+        found = advance(t, soon, floor, frames, self._asked, self._moved, bends, proved)
+        self._take(found[0])
+        for k in found[1]:
+            yield int(k), float(found[2][k])
 
     def speeds(self, frames: Frames) -> Array:
         """Bounds (s,) on the speeds of points of the solids of sides, where they are."""
-        linear = np.einsum("sm,mi->si", self.moved, frames.velocities)
-        angular = np.einsum("sm,mi->si", self.moved, frames.turning)
-        at_middle = linear + np.cross(angular, self.centres[self.sides])
-        turned = np.linalg.norm(angular, axis=1) * self._radii[self.sides]
-        found: Array = np.linalg.norm(at_middle, axis=1) + turned
+        found: Array = speeds(frames, self._places, self._asked, self._moved)
         return found
 
     def bends(self, motion: Motion) -> Array:
         """Bounds (s,) on the accelerations of the same points, all along a motion."""
-        found: Array = np.einsum("sij,i,j->s", self._bends, motion.speeds, motion.speeds)
+        found: Array = self._bends @ motion.speeds @ motion.speeds
         return found
 
-    def _apart_at_least(self, pairs: NDArray[np.int64]) -> Array:
-        """How far pairs (n, 2) are apart at least: by balls about them, and by a ball about the one
-        and a box about the other."""
-        a, b = pairs.T
-        between = self.centres[a] - self.centres[b]
-        reach = self._radii[a] + self._radii[b]
-        found: Array = np.linalg.norm(between, axis=1) - reach
-        for box, ball in ((a, b), (b, a)):
-            along = np.abs(np.einsum("nij,ni->nj", self.turns[box], between))
-            beyond = np.linalg.norm(np.maximum(along - self._halves[box], 0), axis=1)
-            found = np.maximum(found, beyond - self._radii[ball])
+    def _bends_of_pairs(self, motion: Motion) -> Array:
+        """Bounds (p,), see `exact_steps.advance`."""
+        found: Array = self.bends(motion)[self._asked.side_of].sum(axis=1)
+        return found
+
+    def _apart_at_least(self) -> Array:
+        """How far pairs (p,) are apart at least, where solids were taken to last."""
+        found: Array = each_apart_at_least(self._places, self._asked, self._moved)
         return found
 
     def _distance(self, pair: Sequence[int], enough: float) -> float:
@@ -211,18 +220,18 @@ class ExactScene:
 
     def _transform(self, n: int) -> Any:
         if n not in self._placed:
-            self._placed[n] = coal.Transform3s(self.turns[n], self._origins[n])
+            self._placed[n] = coal.Transform3s(self._places.turns[n], self._places.origins[n])
         return self._placed[n]
 
     def distance(self, frames: Frames) -> float:
         """The least distance of all pairs; not above 0: in contact."""
         self.place(frames)
         least = np.inf
-        bounds = self._apart_at_least(self.pairs)
+        bounds = self._apart_at_least()
         for k in np.argsort(bounds):
             if bounds[k] >= least:
                 break
-            least = min(least, self._distance(self.pairs[k], least))
+            least = min(least, self._distance(self._told[k], least))
         return float(least)
 
     def touches(self, frames: Frames) -> bool:
@@ -232,28 +241,21 @@ class ExactScene:
     def touching(self, frames: Frames) -> Any:
         """The pairs of which the one meets the other, or is within it."""
         self.place(frames)
-        for k in np.flatnonzero(self._apart_at_least(self.pairs) <= 0):
-            pair = self.pairs[k]
+        for k in np.flatnonzero(self._apart_at_least() <= 0):
+            pair = self._told[k]
             if self._distance(pair, 1e-3) <= 0 or self._is_within(*pair):
-                yield int(pair[0]), int(pair[1])
+                yield pair
 
     def _is_within(self, a: int, b: int) -> bool:
         """Whether the one is within the other, a mesh, or the other way round, if their surfaces
         do not meet."""
         for mesh, other in ((a, b), (b, a)):
             if self.solids[mesh].surface is not None:
-                points = self.solids[other].points @ self.turns[other].T + self._origins[other]
-                if self.solids[mesh].encloses((points - self._origins[mesh]) @ self.turns[mesh]):
+                turns, origins = self._places.turns, self._places.origins
+                points = self.solids[other].points @ turns[other].T + origins[other]
+                if self.solids[mesh].encloses((points - origins[mesh]) @ turns[mesh]):
                     return True
         return False
-
-
-def _steps(gaps: Array, speeds: Any, bends: Any) -> Array:
-    """For how long points that begin at some speed, and are accelerated by no more than `bends`,
-    move no farther than the gaps, (n,)."""
-    gaps = np.maximum(gaps, 0)
-    under = speeds + np.sqrt(speeds**2 + 2 * bends * gaps)
-    return np.divide(2 * gaps, under, out=np.where(gaps > 0, np.inf, 0.0), where=under > 0)
 
 
 def _gap(step: float, speed: float, bend: float) -> float:
