@@ -31,6 +31,17 @@ _MUCH = 0.05
 """Of a motion: where their hulls prove so much, surfaces are not asked."""
 
 
+_ALMOST = 0.9
+"""Of the time until two would be too near, if they went on as they did: where what is not proved is
+looked at."""
+
+_FARTHEST = 0.05
+"""Of a motion: how far ahead of what is proved, at most."""
+
+_SAME = 1e-9
+"""Of a motion: nearer times are not told from each other."""
+
+
 class Motion(Protocol):
     """Of a robot, in unit time, whose joints move steadily.
 
@@ -169,6 +180,53 @@ class ExactScene:
                 step = step_within(max(distance - floor, least), speed, bends[k])
                 proved[k] = max(proved[k], t + step)
         return None
+
+    def soon_below(self, motion: Motion, floor: float, least: float) -> Near | None:
+        """As `first_below`, in a fraction of the time where there is something to be found: a pair
+        that comes nearer is looked at next where it would almost be too near if it went on like
+        that, which nothing proves. So it may miss what is there, and what it finds may not be the
+        first; but coal has found it there.
+        """
+        proved = np.zeros(len(self.pairs))
+        bends = self._bends_of_pairs(motion)
+        seen: dict[int, tuple[float, float]] = {}
+        while len(proved) and (t := float(proved.min())) < 1:
+            for k, speed in self._advance(motion, t, floor, bends, proved):
+                distance = self._distance(self._told[k], _gap(_MUCH, speed, bends[k]) + floor)
+                before = seen.get(k)
+                seen[k] = t, distance
+                if distance <= floor:
+                    return self._begin(motion, k, floor, least, before or seen[k], seen[k])
+                step = step_within(max(distance - floor, least), speed, bends[k])
+                if before and distance < before[1]:
+                    rate = (before[1] - distance) / (t - before[0])
+                    step = max(step, min(_ALMOST * (distance - floor) / rate, _FARTHEST))
+                proved[k] = max(proved[k], t + step)
+        return None
+
+    def _begin(
+        self,
+        motion: Motion,
+        k: int,
+        floor: float,
+        least: float,
+        apart: tuple[float, float],
+        near: tuple[float, float],
+    ) -> Near:
+        """Where a pair comes to within a floor, or less than `least` nearer: between two times, of
+        which it is so near at the later one, each with the distance; by secants and halves."""
+        pair, halve = self._told[k], False
+        while near[1] < floor - least and near[0] - apart[0] > _SAME:
+            share = 0.5 if halve else (apart[1] - floor + least / 2) / (apart[1] - near[1])
+            t = apart[0] + min(share, 1.0) * (near[0] - apart[0])
+            self.place(motion.at(t))
+            found = t, self._distance(pair, np.inf)
+            if found[1] <= floor:
+                near = found
+            else:
+                apart = found
+            halve = not halve
+        return Near(*near, pair)
 
     def _advance(
         self, motion: Motion, t: float, floor: float, bends: Array, proved: Array
