@@ -75,8 +75,12 @@ class BodyMotion:
         self._step = end.translation - self._shift
         self._angle = pinocchio.log3(self._turn.T @ end.rotation)
         self.speeds = np.array([math.hypot(*self._step), math.hypot(*self._angle)])
+        self._always = None if self.speeds.any() else self._at(0.0)
 
     def at(self, t: float) -> Frames:
+        return self._always or self._at(t)
+
+    def _at(self, t: float) -> Frames:
         turn = self._turn @ pinocchio.exp3(t * self._angle)
         frames: Frames = body_frames(
             turn, self._shift + t * self._step, self._step, turn @ self._angle

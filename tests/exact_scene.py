@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 
 from envs.problem import Array
 
-_AT_ONCE = 0.01
+_AT_ONCE = 0.03
 """Of a motion: pairs of which only so much more is proved are asked at the same time."""
 
-_MUCH = 0.05
+_MUCH = 0.02
 """Of a motion: where their hulls prove so much, surfaces are not asked."""
 
 

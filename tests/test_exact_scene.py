@@ -47,6 +47,32 @@ def test_a_motion_keeps_its_distance_until_it_comes_too_near(name: str, tmp_path
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", ["tree 1", "tree 5", "body 6", "body 9"])
+def test_what_is_found_in_a_hurry_is_there_and_seldom_missed(name: str, tmp_path: Path) -> None:
+    compared = comparison(name, tmp_path)
+    exact, space = compared.exact, compared.env.space
+    rng = np.random.default_rng(1)
+    found, missed = 0, 0
+    for a, b in zip(space.sample(rng, 60), space.sample(rng, 60), strict=True):
+        motion = exact.motion(a, b)
+        first, soon = (
+            search(motion, FLOOR, 1e-6) for search in (exact.first_below, exact.soon_below)
+        )
+        if soon is None:
+            missed += first is not None
+            continue
+        assert first is not None
+        assert plain_distance(exact, motion.at(soon.t)) <= soon.distance <= FLOOR
+        assert soon.t > first.t - 1e-4
+        if soon.t > 0:
+            assert soon.distance > FLOOR - 1e-5
+            found += soon.t < first.t + 1e-4
+            missed += soon.t >= first.t + 1e-4
+    assert found > 10
+    assert missed < 0.1 * found
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["tree 1", "tree 2", "tree 5", "body 6"])
 def test_no_point_of_a_solid_outruns_its_bound(name: str, tmp_path: Path) -> None:
     compared = comparison(name, tmp_path)

@@ -9,7 +9,9 @@ all along: in steps that coal's distances prove, and where these are hardly more
 in steps of a thousandth of the tolerance.
 
 What is found is added to FILE, a line for 100 random motions of a robot; what FILE has already of
-the same seed is not done again, so that a long run goes in pieces.
+the same seed is not done again, so that a long run goes in pieces. Several processes may share
+FILE, each with a part of the robots: `--part 1/2` and `--part 2/2`. Once all is done, the same
+command prints the table of the whole file at once.
 """
 
 from __future__ import annotations
@@ -51,6 +53,14 @@ def main(names: Sequence[str], motions: int, seed: int, file: Path) -> None:
     print(table(_rows(file, seed)))
 
 
+def _part(text: str) -> slice:
+    """Of "1/2": each second of a sequence, from the first on."""
+    number, _, count = text.partition("/")
+    if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
+        raise argparse.ArgumentTypeError(f"{text!r} is no part such as 1/2, the first of two")
+    return slice(int(number) - 1, None, int(count))
+
+
 def _compare(name: str, blocks: Iterable[int], seed: int) -> Iterator[tuple[int, Agreement]]:
     with tempfile.TemporaryDirectory() as folder:
         compare = comparison(name, Path(folder)) if blocks else None
@@ -84,7 +94,11 @@ if __name__ == "__main__":
     parser.add_argument("names", nargs="*", help="of robots; all by default")
     parser.add_argument("--motions", type=int, default=1000, help="of each robot")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--part", type=_part, default="1/1", help="of the robots, as 1/2; all by default"
+    )
     parser.add_argument("--out", type=Path, required=True, help="where what is found is added")
     given = parser.parse_args()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    main(given.names or compared_robots(), given.motions, given.seed, given.out)
+    robots = (given.names or compared_robots())[given.part]
+    main(robots, given.motions, given.seed, given.out)
