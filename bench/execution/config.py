@@ -101,6 +101,7 @@ class RunConfig:
                     "units": dict(problem_set.env.units),
                     "space": str(problem_set.env.space),
                     "problems": problem_set.end,
+                    "count": len(problem_set.problems),  # fewer, where numbers are left out
                     **self._told(problem_set),
                     "weights": {entry.id: problem_set.weights(entry) for entry in self.planners},
                 }

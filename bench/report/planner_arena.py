@@ -192,7 +192,7 @@ def _experiment(
         "totaltime": sum(session["wall_s"] for session in sessions),
         "timelimit": settings["time_limit_s"],
         "memorylimit": settings.get("memory_limit_mb"),
-        "runcount": env.get("problems", selection["problems"]) * repeats_of(selection),
+        "runcount": _count(selection, env) * repeats_of(selection),
         "version": _version(sessions),
         "hostname": _distinct(machine.get("system") for machine in machines),
         "cpuinfo": _distinct(json.dumps(machine) for machine in machines if machine),
@@ -200,6 +200,11 @@ def _experiment(
         "seed": selection["seed"],
         "setup": json.dumps(setup, indent=2),
     }
+
+
+def _count(selection: Mapping[str, Any], env: Mapping[str, Any]) -> int:
+    """Of an environment's problems. Older runs say only which number comes after the last."""
+    return int(env.get("count", env.get("problems", selection["problems"])))
 
 
 def _not_attempted(rows: pd.DataFrame) -> dict[str, str]:

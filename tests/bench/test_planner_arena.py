@@ -68,6 +68,16 @@ def read(file: Path, table: str) -> pd.DataFrame:
         return pd.read_sql(f"SELECT * FROM {table}", connection)
 
 
+def test_runs_are_counted_by_problems_that_there_are(tmp_path: Path) -> None:
+    """The sets of MotionBenchMaker leave numbers out."""
+    run = recorded(ROWS)
+    [selection] = run.selections
+    [env] = selection["envs"]
+    counted = {**selection, "envs": [{**env, "problems": 5, "count": 3}], "repeats": 2}
+    planner_arena.write(replace(run, selections=(counted,)), tmp_path / "a.db")
+    assert read(tmp_path / "a.db", "experiments")["runcount"].tolist() == [6]
+
+
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     """The database of `ROWS`."""
