@@ -137,7 +137,8 @@ def test_code_that_is_compiled_for_solved_modes_is_that_for_modes_of_a_file(
     rooms: RoomInputs, world: TwoRooms
 ) -> None:
     read = RoomInputs(world, MODES)
-    read.load_state_dict(rooms.state_dict())
+    as_in_files = {name: value.contiguous() for name, value in rooms.state_dict().items()}
+    read.load_state_dict(as_in_files)
     assert numba.typeof(rooms.mode_arrays) == numba.typeof(read.mode_arrays)
 
 
