@@ -81,7 +81,10 @@ class Modes(nn.Module):
             bits = np.unpackbits(self.free.cpu().numpy())[: int(np.prod(shape))]
             free = bits.reshape(shape).astype(np.bool_)
             table = self.table.cpu().numpy() * self.unit.cpu().numpy()
-            self._arrays = ModeArrays.of(free, table.astype(np.float32), self._clearances)
+            # In rows, as when they were read from a file: for columns, which the solver of
+            # eigenproblems gives, all that plans would be compiled a second time.
+            values = table.astype(np.float32, order="C")
+            self._arrays = ModeArrays.of(free, values, self._clearances)
         return self._arrays
 
     def _keep(self, free: NDArray[np.bool_], values: Array) -> None:

@@ -7,6 +7,7 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 import torch
@@ -130,6 +131,15 @@ def test_the_median_resistance_is_the_median_distance(rooms: RoomInputs, world: 
     resistance = (((modes[0] - modes[1]) / 2) ** 2).sum(axis=1)
     distance = np.linalg.norm(a - b, axis=1)
     assert np.median(resistance) == pytest.approx(np.median(distance), rel=0.1)
+
+
+def test_code_that_is_compiled_for_solved_modes_is_that_for_modes_of_a_file(
+    rooms: RoomInputs, world: TwoRooms
+) -> None:
+    read = RoomInputs(world, MODES)
+    as_in_files = {name: value.contiguous() for name, value in rooms.state_dict().items()}
+    read.load_state_dict(as_in_files)
+    assert numba.typeof(rooms.mode_arrays) == numba.typeof(read.mode_arrays)
 
 
 def test_modes_come_back_from_weights(net: TimeField, world: TwoRooms) -> None:
