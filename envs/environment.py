@@ -387,6 +387,17 @@ class Environment(ABC):
         """A digest of `family_definition()`."""
         return _digest(self.family_definition())
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled, for other processes: nothing that is computed once, where it is asked
+        for. Models of FCL could not be."""
+        computed = {
+            name
+            for of in type(self).__mro__
+            for name, value in vars(of).items()
+            if isinstance(value, cached_property)
+        }
+        return {name: value for name, value in vars(self).items() if name not in computed}
+
     def configurations(self, q: Array) -> Array:
         """`q` as float64 (n, d).
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 from typing import Any
 
 import numpy as np
@@ -158,6 +159,15 @@ def test_problems_are_repeatable_and_their_ends_free(env: Environment, entry: st
     different = DIFFERENT.get(entry.partition(":")[0], 50)
     both = second + env.sample_problems(25, 2)
     assert len({(*p.start, *p.goal) for p in both}) == different
+
+
+def test_one_that_was_used_can_be_sent_to_another_process(env: Environment) -> None:
+    """Labels for training are made in several."""
+    problems = env.sample_problems(1, seed=5)
+    other = pickle.loads(pickle.dumps(env))
+    assert other.fingerprint == env.fingerprint
+    [problem] = other.sample_problems(1, seed=5)
+    assert problem.start.tolist() == problems[0].start.tolist()
 
 
 def test_the_fingerprint_is_that_of_the_definition(env: Environment, entry: str) -> None:

@@ -19,7 +19,8 @@ from bench.judging.judge import Judge
 from bench.storage.record import Verdict
 from envs import Environment, Problem
 from planners import Budget, Planner, PlannerResult, Status
-from planners.learning.learned_planner import LearnedPlanner
+from planners.learning import trainer
+from planners.learning.learned_planner import LearnedPlanner, Training
 
 LIMIT_S = 2.0
 """For a problem; planners stop at their first solution."""
@@ -140,6 +141,14 @@ IDS = [
 ]
 
 
+TRAINED = [
+    spec.id for spec in planners.REGISTRY.specs() if spec.id not in EVERYWHERE | {"fmm", "recorded"}
+]
+
+MOMENT_S = 1.0
+"""Of training."""
+
+
 def assert_is_a_sentence(reason: str) -> None:
     """A line of words for people, without names of classes or attributes."""
     assert reason.isprintable()
@@ -163,8 +172,32 @@ def test_it_plans_or_says_why_not(id: str, place: Place) -> None:
         assert_is_a_sentence(reason)
         return
     if isinstance(planner, LearnedPlanner) and not planner.weights_file(env):
-        pytest.skip("it would have to be trained first")
+        pytest.skip("it must be trained first, see below")
     planner.setup(env, seed=1)
+    result = assert_it_plans(planner, name, env, problem)
+    assert id != "rrtconnect" or result.status is Status.EXACT_SOLUTION
+
+
+@pytest.mark.training
+@pytest.mark.parametrize("id", TRAINED)
+def test_it_plans_once_it_is_trained(
+    id: str, place: Place, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """For a moment, after which few problems are solved, but all that it does is done."""
+    name, env, problem = place
+    planner = planners.make(id)
+    if planner.unsupported(env) is not None:
+        pytest.skip("it says why it does not")
+    assert isinstance(planner, LearnedPlanner)
+    monkeypatch.setattr(trainer, "_VALIDATION_PROBLEMS", 2)
+    how = Training(seed=1, minutes=MOMENT_S / 60, device="cpu", checkpoint=tmp_path / "checkpoint")
+    planner.load(env, planner.train(env, how).tensors)
+    assert_it_plans(planner, name, env, problem)
+
+
+def assert_it_plans(
+    planner: Planner, name: str, env: Environment, problem: Problem
+) -> PlannerResult:
     solve(planner, problem, LIMIT_S / 4)  # what compiles does so first, as in a run
     begin = perf_counter()
     result = solve(planner, problem, LIMIT_S)
@@ -177,4 +210,4 @@ def test_it_plans_or_says_why_not(id: str, place: Place) -> None:
         if name == "wrapping":
             [turned, _] = env.space.unwrapped(path)[-1]
             assert turned == pytest.approx(2 * math.pi - 2.4), "the only way is across pi"
-    assert id != "rrtconnect" or result.status is Status.EXACT_SOLUTION
+    return result
