@@ -79,7 +79,7 @@ class RigidBodyWorld(SampledProblems):
             PlacedShape(obstacle.solid, obstacle.pose) for obstacle in world.obstacles
         ]
         self.speed_model: SpeedModel = world.speed_model
-        self.units = world.units
+        self.units = dict(world.units)  # which can be pickled
 
     @property
     def space(self) -> Space:
