@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import combinations
 
 
@@ -39,4 +40,7 @@ class AllowedCollisionMatrix:
         """Whether a link may touch an object, by their names. A name that is a link's stands for
         that alone."""
         among = frozenset(objects) - frozenset(links)
-        return lambda link, name: name in among and self.allows(link, name)
+        return partial(self._allows_among, among)  # which, unlike a lambda, can be pickled
+
+    def _allows_among(self, among: Collection[str], link: str, name: str) -> bool:
+        return name in among and self.allows(link, name)
