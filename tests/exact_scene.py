@@ -30,7 +30,6 @@ _AT_ONCE = 0.03
 _MUCH = 0.02
 """Of a motion: where their hulls prove so much, surfaces are not asked."""
 
-
 _ALMOST = 0.9
 """Of the time until two would be too near, if they went on as they did: where what is not proved is
 looked at."""
