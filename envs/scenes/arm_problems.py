@@ -87,11 +87,7 @@ class ArmProblems(SampledProblems):
         ]
 
     def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
-        found = self.sampled_ends(n, seed)
-        return {
-            "share_of_straight_lines_blocked": round(1 - sum(found.straight) / max(n, 1), 4),
-            "pairs_dropped_as_unsolved": found.dropped,
-        }
+        return {"pairs_dropped_as_unsolved": self.sampled_ends(n, seed).dropped}
 
     def _random_numbers(self, seed: int) -> np.random.Generator:
         return stream(f"{self._kind} problems", seed, *self._seeds)
@@ -124,20 +120,32 @@ class ArmProblems(SampledProblems):
     def _take(
         self, found: SampledEnds, rng: np.random.Generator, start: Array, goal: Array
     ) -> bool:
-        # What is free for planners is free for the judge, and asked in a hundredth of the time.
-        line = [np.array([start, goal])]
-        for_planners = bool(self.paths_are_free(line, self.planning_tolerance)[0])
-        straight = for_planners or self._model.segment_is_free(start, goal)
-        recent = found.straight[len(found.straight) - len(found.straight) % 5 :]
-        if straight and sum(recent) == self.most_free_of_five:
+        for_planners = self._is_free_for_planners(start, goal)
+        if self._would_be_too_easy(found, start, goal):
             return False
         draws = self.space.sample(rng, rrt_connect.ITERATIONS)
         if not (for_planners or self._motions.join(start, goal, draws, self.planning_tolerance)):
             found.dropped += 1
             return False
-        found.straight.append(straight)
         found.pairs.append((start, goal))
         return True
+
+    def _would_be_too_easy(self, found: SampledEnds, start: Array, goal: Array) -> bool:
+        """Whether with one more problem the straight lines of more than `most_free_of_five` would
+        be free."""
+        recent = found.pairs[len(found.pairs) - len(found.pairs) % 5 :]
+        if len(recent) < self.most_free_of_five:
+            return False
+        free = sum(self._is_free(*ends) for ends in recent)
+        return free == self.most_free_of_five and self._is_free(start, goal)
+
+    def _is_free(self, start: Array, goal: Array) -> bool:
+        """Whether the judge takes a straight line. What is free for planners is free for it, and
+        asked in a hundredth of the time."""
+        return self._is_free_for_planners(start, goal) or self._model.segment_is_free(start, goal)
+
+    def _is_free_for_planners(self, start: Array, goal: Array) -> bool:
+        return bool(self.paths_are_free([np.array([start, goal])], self.planning_tolerance)[0])
 
     def _candidates(self, rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
         """Pairs that may be ends, until a hundred thousand in a row are refused, or thousands of

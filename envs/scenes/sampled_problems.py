@@ -20,12 +20,10 @@ class SampledEnds:
 
     Attributes:
         pairs: start and goal of each problem, (size,) each.
-        straight: whether the straight lines between them are free, where that is asked.
         dropped: how many pairs besides were not joined by the search.
     """
 
     pairs: list[tuple[Array, Array]] = field(default_factory=list)
-    straight: list[bool] = field(default_factory=list)
     dropped: int = 0
 
 

@@ -77,10 +77,8 @@ def test_most_straight_lines_are_blocked(env: Environment) -> None:
     model = exact(env)
     free = [model.segment_is_free(p.start, p.goal) for p in problems]
     assert any(free), "some are open"
-    census = env.problem_statistics(30, 2)
-    assert census["share_of_straight_lines_blocked"] >= 0.6
-    assert census["share_of_straight_lines_blocked"] == pytest.approx(1 - np.mean(free), abs=0.15)
-    assert census["pairs_dropped_as_unsolved"] >= 0
+    assert sum(free) <= 12, "60 % are blocked"
+    assert env.problem_statistics(30, 2)["pairs_dropped_as_unsolved"] >= 0
 
 
 def test_at_least_three_of_five_straight_lines_are_blocked() -> None:
