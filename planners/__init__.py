@@ -73,6 +73,7 @@ REGISTRY: Registry[Planner] = Registry(
             "planners.fmm:FastMarching",
             "fast marching on a grid of the speed field, 100 nodes along a side (scikit-fmm)",
             groups=("paper",),
+            version=2,  # 1 followed each front over the whole grid
             colour="tab:green",
             reference=1,
         ),

@@ -64,23 +64,32 @@ class SpeedGrid:
         speed = self._env.speed_on_grid(nodes.reshape(-1, self._env.dimension))
         return speed.reshape(nodes.shape[1:-1])
 
-    def arrival_times(self, goal: Array) -> Array:
+    def arrival_times(self, goal: Array, until: float = np.inf) -> Array:
         """Times on the nodes, one axis a dimension, at which a front that leaves the sphere of
         `radius` about `goal` (d,) arrives; negative within, where the goal's own speed holds:
-        nodes there may lie in a wall, and would draw paths away from the goal."""
+        nodes there may lie in a wall, and would draw paths away from the goal.
+
+        NaN on the nodes at which it arrives later than `until`: the front is not followed so far.
+        The others do not depend on that.
+        """
         outside = self._distance_to(goal) - self.radius
-        times = np.asarray(
-            skfmm.travel_time(
-                outside,
-                self._speed,
-                dx=self.spacing,
-                order=self._order,
-                periodic=tuple(self._space.wraps),
-            )
+        found = skfmm.travel_time(
+            outside,
+            self._speed,
+            dx=self.spacing,
+            order=self._order,
+            narrow=until if until < np.inf else 0.0,  # its word for all of them
+            periodic=tuple(self._space.wraps),
         )
+        times = np.asarray(found) if until == np.inf else np.ma.filled(found, np.nan)
         [speed] = self._env.speed(goal[None])
         whole: Array = np.where(outside < 0, outside / speed, times)
         return np.pad(whole, [(0, int(wraps)) for wraps in self._space.wraps], mode="wrap")
+
+    def least_time(self, start: Array, goal: Array) -> float:
+        """What a front takes at least from its sphere about `goal` (d,) to `start` (d,)."""
+        distance = np.linalg.norm(self._weights * self._space.difference(start, goal))
+        return max(float(distance) - self.radius, self.radius) / float(self._speed.max())
 
     def times_at(self, times: Array, goal: Array, q: Array) -> Array:
         """Arrival times (n,) at configurations (n, d) within the bounds, from those on the nodes,

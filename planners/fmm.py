@@ -4,6 +4,8 @@ descent in its field of arrival times.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from envs import Environment, InputError, Problem
@@ -58,14 +60,24 @@ class FastMarching(Planner):
         self._grid = SpeedGrid(env, resolution, self._order)
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
-        grid = self._grid
-        times = RegularGrid.between(grid.arrival_times(problem.goal), grid.lower, grid.upper)
-        path = descend(times, self._env.space, problem.start, problem.goal, grid.radius)
+        path = self._path(problem.start, problem.goal)
         if path is None:
             return PlannerResult(Status.APPROXIMATE_SOLUTION)
         # The speed is not 0 within obstacles: what has no way round has a path through them.
         [free] = self._env.paths_are_free([path], self._env.planning_tolerance)
         return PlannerResult(Status.EXACT_SOLUTION if free else Status.APPROXIMATE_SOLUTION, path)
+
+    def _path(self, start: Array, goal: Array) -> Array | None:
+        """See `descend`. The front is followed no farther than the path needs: it is the same."""
+        grid = self._grid
+        for most in _HORIZONS:
+            times = grid.arrival_times(goal, most * grid.least_time(start, goal))
+            field = RegularGrid.between(times, grid.lower, grid.upper)
+            try:
+                return descend(field, self._env.space, start, goal, grid.radius)
+            except _UnknownTimeError:
+                continue
+        raise AssertionError("all times are known")
 
     def times_and_speeds(self, source: Array, q: Array) -> tuple[Array, Array]:
         """See `planners.base.TimeFieldPlanner`."""
@@ -73,8 +85,15 @@ class FastMarching(Planner):
         return self._grid.times_at(times, source, q), 1 / self._grid.steepness_at(times, q)
 
 
+_HORIZONS = (1.5, 3.0, math.inf)
+"""How far a front is followed, by the least time that it may take to the start: mostly once."""
+
 _STEP = 0.5  # length of a step, in grid spacings
 _STEP_LIMIT = 20  # steps per node of an axis: ten times across the grid
+
+
+class _UnknownTimeError(Exception):
+    """A path comes to where the front was not followed to."""
 
 
 def descend(
@@ -86,6 +105,9 @@ def descend(
     Goes on until `goal` is within `radius`, then straight; each step is half a spacing long, in the
     direction of the gradient half a step ahead (midpoint rule). Lengths are Euclidean in the
     coordinates times the space's weights.
+
+    Raises:
+        _UnknownTimeError: the field is NaN about a place on the way.
     """
     weights = space.weights
     length = _STEP * float((field.spacing * weights).min())
@@ -115,4 +137,6 @@ def _downhill(field: RegularGrid, q: Array, weights: Array) -> Array | None:
     flat."""
     gradient = field.gradient(q) / weights
     norm = float(np.sqrt(gradient @ gradient))
+    if math.isnan(norm):
+        raise _UnknownTimeError
     return None if norm == 0 else -gradient / norm / weights

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -119,6 +120,59 @@ def test_on_a_cylinder_fronts_go_round_and_paths_take_the_short_way() -> None:
     assert np.linalg.norm(steps, axis=1).sum() == pytest.approx(straight, rel=0.02)
     assert env.contains(path).all()
     assert np.abs(path[:, 1]).min() > 2.4, "never by way of 0"
+
+
+@pytest.mark.parametrize("until", [0.5, 2.0, 9.0])
+def test_a_front_that_is_not_followed_to_its_end_was_where_it_is_known(until: float) -> None:
+    grid = SpeedGrid(envs.make("c3d"), 30, order=2)
+    goal = np.array([4.0, -3.0, 6.5])
+    whole, part = grid.arrival_times(goal), grid.arrival_times(goal, until)
+    known = ~np.isnan(part)
+    assert (part[known] == whole[known]).all()
+    # Of second order, a node may be earlier than one that was reached before it.
+    assert known[whole <= until].mean() > 0.99
+    assert not known.all()
+
+
+class Marches:
+    """How far fronts were followed, in place of `SpeedGrid.arrival_times`."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.until: list[float] = []
+        whole = SpeedGrid.arrival_times
+
+        def noted(grid: SpeedGrid, goal: np.ndarray, until: float = np.inf) -> np.ndarray:
+            self.until.append(until)
+            return whole(grid, goal, until)
+
+        monkeypatch.setattr(SpeedGrid, "arrival_times", noted)
+
+
+@pytest.mark.parametrize("make", [lambda: envs.make("c3d"), lambda: envs.make("box"), Cylinder])
+def test_paths_are_those_of_the_whole_field(
+    make: Callable[[], envs.Environment], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    env, marches = make(), Marches(monkeypatch)
+    grid, planner = SpeedGrid(env, 40, order=2), planners.make("fmm:resolution=40")
+    planner.setup(env, seed=1)
+    for start, goal in env.sampling_space.sample(np.random.default_rng(3), 24).reshape(12, 2, -1):
+        path = planner.solve(Problem(start, goal), Budget(np.inf)).path
+        field = RegularGrid.between(grid.arrival_times(goal), grid.lower, grid.upper)
+        whole = descend(field, env.space, start, goal, grid.radius)
+        assert (path is None) == (whole is None)
+        assert path is None or (path == whole).all()
+    assert sum(until < np.inf for until in marches.until) >= 12
+
+
+def test_long_detours_take_a_longer_front(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From one side of a wall to the other, all the way round it."""
+    marches, planner = Marches(monkeypatch), planners.make("fmm:resolution=40")
+    planner.setup(WalledIn(), seed=1)
+    planner.solve(unsolvable_problem(), Budget(np.inf))
+    assert len(marches.until) > 1, "by way of the wall, which is slow"
+    marches.until.clear()
+    planner.solve(Problem(np.zeros(3), np.array([1.0, 1.2, -1.0])), Budget(np.inf))
+    assert marches.until[-1] < np.inf
 
 
 def test_rotations_in_space_have_no_grid() -> None:
