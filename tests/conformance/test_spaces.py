@@ -6,8 +6,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +21,8 @@ from bench.judging.judge import Judge
 from bench.storage.record import Verdict
 from envs import Environment, Problem
 from planners import Budget, Planner, PlannerResult, Status
+from planners.fields import objectives
+from planners.fields.labels import LabelPlan, Labels, make_labels
 from planners.learning import trainer
 from planners.learning.learned_planner import LearnedPlanner, Training
 
@@ -178,6 +182,11 @@ def test_it_plans_or_says_why_not(id: str, place: Place) -> None:
     assert id != "rrtconnect" or result.status is Status.EXACT_SOLUTION
 
 
+def few_labels(env: Environment, plan: LabelPlan, *others: Any) -> tuple[Labels, float]:
+    """Of a coarse grid, in place of minutes of labels of a fine one."""
+    return make_labels(env, replace(plan, sources=4, goals=300, resolution=30), *others)
+
+
 @pytest.mark.training
 @pytest.mark.parametrize("id", TRAINED)
 def test_it_plans_once_it_is_trained(
@@ -190,6 +199,8 @@ def test_it_plans_once_it_is_trained(
         pytest.skip("it says why it does not")
     assert isinstance(planner, LearnedPlanner)
     monkeypatch.setattr(trainer, "_VALIDATION_PROBLEMS", 2)
+    monkeypatch.setattr(trainer, "_VALIDATED_AT", (1.0,))
+    monkeypatch.setattr(objectives, "make_labels", few_labels)
     how = Training(seed=1, minutes=MOMENT_S / 60, device="cpu", checkpoint=tmp_path / "checkpoint")
     planner.load(env, planner.train(env, how).tensors)
     assert_it_plans(planner, name, env, problem)
