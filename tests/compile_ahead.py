@@ -49,13 +49,18 @@ def _meshes() -> None:
         _ask_all(envs.make(f"mesh:file={file}"))
 
 
-def _arms() -> None:
-    # Trees are arms whose links must not touch, with nothing that is compiled for them alone.
-    for text in ("arm5:self_collision=true", "arm4"):
-        _ask_all(envs.make(text))
+# Trees are arms whose links must not touch, with nothing that is compiled for them alone.
+_ARMS = ("arm5:self_collision=true", "arm4")
 
 
-def _problems_of_arms() -> None:
+def _models_of_arms() -> None:
+    for text in _ARMS:
+        _ask_its_model(envs.make(text))
+
+
+def _motions_of_arms() -> None:
+    for text in _ARMS:
+        _ask_it(envs.make(text))
     assert envs.make("arm4").sample_problems(1, 0)
 
 
@@ -75,12 +80,22 @@ def _ball() -> Iterator[Path]:
 
 
 def _ask_all(world: Environment) -> None:
-    """What planners, judge and pictures ask of a world, of arrays that may be written to and of
-    others, as those of problems are."""
+    _ask_it(world)
+    _ask_its_model(world)
+
+
+def _ask_it(world: Environment) -> None:
+    """What planners and pictures ask of a world."""
     ends = world.space.sample(np.random.default_rng(0), 2)
     world.approximate_clearance(ends)
     world.paths_are_free([ends], world.planning_tolerance)
     world.robot.trace(ends)
+
+
+def _ask_its_model(world: Environment) -> None:
+    """What planners and judge ask of its model, of arrays that may be written to and of others, as
+    those of problems are."""
+    ends = world.space.sample(np.random.default_rng(0), 2)
     model, problem = world.collision_model(), Problem(*ends)
     for start, goal in (ends, (problem.start, problem.goal)):
         model.clearance(start)
@@ -103,18 +118,18 @@ def _field_in(env: str) -> Callable[[], None]:
 
 
 PARTS = (
-    {"arms": _arms, "fields of arms": _field_in("arm4")},
+    {"models of arms": _models_of_arms, "fields of arms": _field_in("arm4")},
     {
         "fields": _field_in("c3d"),
         "bodies": _bodies,
         "meshes": _meshes,
-        # Last, as most of it is what is asked of arms, which the other process has compiled.
-        "problems of arms": _problems_of_arms,
+        # Last, as much of it is what models ask, too, which the other process has compiled.
+        "motions of arms": _motions_of_arms,
         "fields in rooms": _field_in("gibson-generated"),
     },
 )
 
-QUICK = {"arms", "fields", "bodies", "meshes", "problems of arms"}
+QUICK = {"models of arms", "fields", "bodies", "meshes", "motions of arms"}
 """What tests need that are not slow."""
 
 ALL = {name for parts in PARTS for name in parts}

@@ -40,7 +40,10 @@ def is_connected(
     are certified to a tolerance in metres; what they keep apart besides the arm's pairs are pairs
     (k, 3) of `swept_pairs`."""
     outward = np.arange(arm.moving)[::-1].copy()
-    return bool(_joined((arm, swept, scenes, tolerance, outward), start, goal, samples, STEP))
+    # Copies: of arrays that must not be written to, as those of problems are, it would be compiled
+    # again.
+    ends = np.array(start), np.array(goal)
+    return bool(_joined((arm, swept, scenes, tolerance, outward), *ends, np.array(samples), STEP))
 
 
 @njit_hot
