@@ -68,7 +68,8 @@ class FastMarching(Planner):
         return PlannerResult(Status.EXACT_SOLUTION if free else Status.APPROXIMATE_SOLUTION, path)
 
     def _path(self, start: Array, goal: Array) -> Array | None:
-        """See `descend`. The front is followed no farther than the path needs: it is the same."""
+        """The path (k, d) between two configurations (d,), or None, as `descend` finds it in the
+        whole field: the front is followed no farther than it needs."""
         grid = self._grid
         for most in _HORIZONS:
             times = grid.arrival_times(goal, most * grid.least_time(start, goal))

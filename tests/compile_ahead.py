@@ -55,12 +55,12 @@ _ARMS = ("arm5:self_collision=true", "arm4")
 
 def _models_of_arms() -> None:
     for text in _ARMS:
-        _ask_its_model(envs.make(text))
+        _ask_model(envs.make(text))
 
 
 def _motions_of_arms() -> None:
     for text in _ARMS:
-        _ask_it(envs.make(text))
+        _ask_motions(envs.make(text))
     assert envs.make("arm4").sample_problems(1, 0)
 
 
@@ -80,11 +80,12 @@ def _ball() -> Iterator[Path]:
 
 
 def _ask_all(world: Environment) -> None:
-    _ask_it(world)
-    _ask_its_model(world)
+    """All that is asked of a world."""
+    _ask_motions(world)
+    _ask_model(world)
 
 
-def _ask_it(world: Environment) -> None:
+def _ask_motions(world: Environment) -> None:
     """What planners and pictures ask of a world."""
     ends = world.space.sample(np.random.default_rng(0), 2)
     world.approximate_clearance(ends)
@@ -92,7 +93,7 @@ def _ask_it(world: Environment) -> None:
     world.robot.trace(ends)
 
 
-def _ask_its_model(world: Environment) -> None:
+def _ask_model(world: Environment) -> None:
     """What planners and judge ask of its model, of arrays that may be written to and of others, as
     those of problems are."""
     ends = world.space.sample(np.random.default_rng(0), 2)

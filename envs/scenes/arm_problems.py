@@ -86,9 +86,6 @@ class ArmProblems(SampledProblems):
             for index, (start, goal) in enumerate(found.pairs)
         ]
 
-    def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
-        return {"pairs_dropped_as_unsolved": self.sampled_ends(n, seed).dropped}
-
     def _random_numbers(self, seed: int) -> np.random.Generator:
         return stream(f"{self._kind} problems", seed, *self._seeds)
 
@@ -143,9 +140,6 @@ class ArmProblems(SampledProblems):
         """Whether the judge takes a straight line. What is free for planners is free for it, and
         asked in a hundredth of the time."""
         return self._is_free_for_planners(start, goal) or self._model.segment_is_free(start, goal)
-
-    def _is_free_for_planners(self, start: Array, goal: Array) -> bool:
-        return bool(self.paths_are_free([np.array([start, goal])], self.planning_tolerance)[0])
 
     def _candidates(self, rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
         """Pairs that may be ends, until a hundred thousand in a row are refused, or thousands of

@@ -184,7 +184,8 @@ class RigidBodyWorld(SampledProblems):
         self, found: SampledEnds, rng: np.random.Generator, start: Array, goal: Array
     ) -> bool:
         samples = self._free_samples(rng)
-        if not is_connected(self.space, self._is_free, start, goal, samples, self.search_step):
+        is_free, step = self._is_free_for_planners, self.search_step
+        if not is_connected(self.space, is_free, start, goal, samples, step):
             found.dropped += 1
             return False
         found.pairs.append((start, goal))
@@ -206,10 +207,6 @@ class RigidBodyWorld(SampledProblems):
         for block in np.array_split(q, len(q) // _LOOK):
             rough = self._least_of_spheres(self.world.approximate_clearance, block)
             yield from block[rough > 0]
-
-    def _is_free(self, a: Array, b: Array) -> bool:
-        [free] = self.paths_are_free([np.array([a, b])], self.planning_tolerance)
-        return bool(free)
 
     def _candidates(self, rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
         """Pairs that may be ends, until very many pairs in a row are refused."""

@@ -95,9 +95,6 @@ class RigidWorld(RigidBodyWorld):
             for index, (start, goal) in enumerate(made.pairs)
         ]
 
-    def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
-        return {"pairs_dropped_as_unsolved": self.sampled_ends(n, seed).dropped}
-
     def definition(self) -> dict[str, Any]:
         return {
             "class": "RigidWorld",

@@ -71,6 +71,15 @@ class SampledProblems(Environment):
             self._last_sampled = (n, seed), self._sample(n, seed)
         return self._last_sampled[1]
 
+    def problem_statistics(self, n: int, seed: int) -> dict[str, float]:
+        return {"pairs_dropped_as_unsolved": self.sampled_ends(n, seed).dropped}
+
+    def _is_free_for_planners(self, start: Array, goal: Array) -> bool:
+        """Whether the shortest way between two configurations (size,) is proved free to the
+        tolerance that planners keep."""
+        [free] = self.paths_are_free([np.array([start, goal])], self.planning_tolerance)
+        return bool(free)
+
     def _sample(self, n: int, seed: int) -> SampledEnds:
         found, fruitless = SampledEnds(), 0
         if n <= 0:

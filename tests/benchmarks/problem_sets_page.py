@@ -22,20 +22,19 @@ from typing import Any
 import pandas as pd
 
 import bench
+from bench.report import markdown
 
 
 def main(census: Path, runs: Sequence[Path]) -> None:
     print("## Which problems are valid as posed\n")
-    print_table(
-        ["set", "problems", "valid", "invalid, by what touches"], map(checked, entries(census))
-    )
+    print(markdown.table([checked(entry) for entry in json.loads(census.read_text())]))
     for run in runs:
         summary = bench.load(run).summary
         shared = shared_words(summary["env"])
         print(f"\n## {shared}\n")
         sets = list(dict.fromkeys(summary["env"]))
         names = [name.removeprefix(shared + "-") for name in sets]
-        print_table(["planner", *names, "all"], rows(summary, sets))
+        print(markdown.table(list(rows(summary, dict(zip(sets, names, strict=True))))))
 
 
 def shared_words(names: Iterable[str]) -> str:
@@ -45,20 +44,17 @@ def shared_words(names: Iterable[str]) -> str:
     return "-".join(words[0] for words in alike)
 
 
-def entries(census: Path) -> list[dict[str, Any]]:
-    read: list[dict[str, Any]] = json.loads(census.read_text())
-    return read
-
-
-def checked(entry: dict[str, Any]) -> list[str]:
+def checked(entry: dict[str, Any]) -> dict[str, str]:
     """The cells of a set: problems may be invalid at both ends, and are counted once for each."""
     causes = Counter(cause(end["reason"]) for end in entry["invalid"])
     told = "; ".join(f"{name} ({count})" for name, count in causes.most_common(2))
     more = len(causes) - 2
-    return [
-        *(entry["env"], str(entry["problems"]), str(entry["valid"])),
-        told + (f"; {more} more" if more > 0 else ""),
-    ]
+    return {
+        "set": entry["env"],
+        "problems": str(entry["problems"]),
+        "valid": str(entry["valid"]),
+        "invalid, by what touches": told + (f"; {more} more" if more > 0 else ""),
+    }
 
 
 def cause(reason: str) -> str:
@@ -67,31 +63,27 @@ def cause(reason: str) -> str:
     return re.sub(r" is [-0-9.e]+ \w+ deep in ", " and ", first)
 
 
-def rows(summary: pd.DataFrame, sets: Sequence[str]) -> Iterable[list[str]]:
+def rows(summary: pd.DataFrame, sets: dict[str, str]) -> Iterable[dict[str, str]]:
+    """A row for each planner, with a column for each set under the name that is given."""
     for planner, found in summary.groupby("planner", sort=False):
-        cells = found.set_index("env").reindex(sets)
+        cells = found.set_index("env").reindex(list(sets))
+        told = map(cell, cells.to_dict("records"))
         solved, attempted = int(cells["solved"].sum()), int(cells["attempted"].sum())
-        yield [
-            f"`{planner}`",
-            *map(cell, cells.to_dict("records")),
-            f"{100 * solved / attempted:.1f} %",
-        ]
+        share = f"{100 * solved / attempted:.1f} %" if attempted else "-"
+        yield {
+            "planner": f"`{planner}`",
+            **dict(zip(sets.values(), told, strict=True)),
+            "all": share,
+        }
 
 
 def cell(of: dict[str, Any]) -> str:
     """Solved of attempted, and the median time, in which what was not solved takes for ever."""
     seconds = of["time_s_median_censored"]
-    if of["attempted"] != of["attempted"]:
+    if math.isnan(of["attempted"]):
         return "-"
     time = f", {seconds:.3f} s" if math.isfinite(seconds) else ""
     return f"{int(of['solved'])} of {int(of['attempted'])}{time}"
-
-
-def print_table(titles: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    print("|", " | ".join(titles), "|")
-    print("|", " | ".join("---" for _ in titles), "|")
-    for row in rows:
-        print("|", " | ".join(row), "|")
 
 
 if __name__ == "__main__":
