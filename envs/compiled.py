@@ -110,6 +110,17 @@ def njit_inline(function: _F) -> _F:
     return compiled
 
 
+def compiled_for(function: _F, *arguments: Any) -> _F:
+    """A compiled function for arguments of the types of these alone.
+
+    It does not look at their types when it is called, which with tuples of many arrays takes longer
+    than many a check. Whoever calls it must know that they are the same: whole arrays in C's order
+    of the same numbers; whether they may be written to does not matter where nothing does.
+    """
+    found: _F = function.compile(tuple(map(numba.typeof, arguments)))  # type: ignore[attr-defined]
+    return found
+
+
 def parallel_for(work: Callable[[slice], None], items: int, block: int) -> None:
     """Calls `work` for slices of at most `block` of the items, on as many threads as Numba may
     use, but no more than there are cores; it must let go of the interpreter's lock (`nogil`) for

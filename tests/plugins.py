@@ -27,7 +27,7 @@ def install(folder: Path, name: str, text: str, points: Mapping[str, str]) -> No
     entry points, by "group name", are `points`."""
     (folder / f"{name}.py").write_text(text, encoding="utf-8")
     info = folder / f"{name}-1.0.dist-info"
-    info.mkdir()
+    info.mkdir(exist_ok=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
     lines = []
     for key, value in points.items():

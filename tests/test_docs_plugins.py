@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import plugins
 import pytest
@@ -15,6 +16,7 @@ import trimesh
 from conftest import Cli
 from documents import ROOT, block_after, blocks
 
+from envs.registry.spec import load_class
 from envs.robots import example_robot_data
 
 if sys.version_info >= (3, 11):
@@ -74,6 +76,14 @@ def test_the_planner_is_short_passes_its_checks_and_solves_problems(
     assert code == 0, out + err
 
 
+def test_the_planner_can_be_in_a_package(tmp_path: Path) -> None:
+    text = block_after("planner") + block_after("packaged planner")
+    plugins.install(
+        tmp_path, "my_planners", text, points_of(block_after("entry points of planners"))
+    )
+    assert "random detours" in carry_out("bench list planners", tmp_path, tmp_path)
+
+
 @pytest.mark.slow
 def test_the_environment_is_found_and_planned_in_once_it_is_installed(tmp_path: Path) -> None:
     points = points_of(block_after("entry points"))
@@ -85,6 +95,16 @@ def test_the_environment_is_found_and_planned_in_once_it_is_installed(tmp_path: 
     summary = pd.read_csv(tmp_path / "results" / "runs" / "slalom" / "summary.csv")
     assert summary["env"].tolist() == ["slalom:walls=5"]
     assert summary["solved"].tolist() == [3]
+
+
+def test_bars_lie_where_their_clearance_says(tmp_path: Path) -> None:
+    file = tmp_path / "bars.py"
+    file.write_text(block_after("environment of bars"), encoding="utf-8")
+    env = load_class(f"{file}:Bars")(bars=4)
+    q = env.space.sample(np.random.default_rng(0), 300)
+    model = env.collision_model()
+    assert [model.is_valid(one) for one in q] == (env.clearance(q) > 0).tolist()
+    assert len(env.sample_problems(3, seed=0)) == 3
 
 
 @pytest.mark.slow

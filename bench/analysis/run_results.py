@@ -197,10 +197,33 @@ class RunResults:
 
     @property
     def caption(self) -> str:
-        """How the numbers came about, in a line for each run; of several, each says whose."""
+        """How the numbers came about, in a line for each run; of several, each says whose. What is
+        still to be measured is told, too."""
         if len(self.selections) == 1:
-            return _caption(self.selections[0])
-        return "\n\n".join(f"{_whose(s)}: {_caption(s)}" for s in self.selections)
+            told = [_caption(self.selections[0])]
+        else:
+            told = [f"{_whose(s)}: {_caption(s)}" for s in self.selections]
+        return "\n\n".join([*told, *filter(None, [self.incomplete])])
+
+    @cached_property
+    def incomplete(self) -> str:
+        """What was asked for and not attempted yet, in a sentence; empty if nothing is missing."""
+        made = self.records.groupby(["env_fingerprint", "planner"]).size()
+        asked = {
+            (env["fingerprint"], planner): (env["id"], attempts_asked(selection, env))
+            for selection in self.selections
+            for env in selection["envs"]
+            for planner in selection["planners"]
+        }
+        total = sum(count for _, count in asked.values())
+        if len(self.records) >= total:
+            return ""
+        absent = [f"{key[1]} in {env}" for key, (env, _) in asked.items() if key not in made.index]
+        none_of = f", none by {', '.join(absent)}" if absent else ""
+        return (
+            f"Incomplete: {len(self.records)} of {total} attempts were made{none_of}; "
+            "the same `bench run` goes on from there."
+        )
 
 
 def _check_problems(runs: Sequence[RunResults]) -> None:
@@ -260,6 +283,13 @@ def _problems_of(selection: Mapping[str, Any]) -> dict[str, int]:
 def repeats_of(selection: Mapping[str, Any]) -> int:
     """How often each planner attempted each problem; older runs, which do not say, once."""
     return int(selection.get("repeats", 1))
+
+
+def attempts_asked(selection: Mapping[str, Any], env: Mapping[str, Any]) -> int:
+    """How many attempts each planner was to make in one of a selection's environments; older runs,
+    which do not say how many problems it has, had none that leave numbers out."""
+    problems = env.get("count", _problems_of(selection)[env["fingerprint"]])
+    return int(problems) * repeats_of(selection)
 
 
 def _weights(selection: dict[str, Any]) -> dict[str, dict[str, str]] | None:

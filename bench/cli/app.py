@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from errno import EDQUOT, EFBIG, EIO, ENOSPC, EPIPE, EROFS
+from errno import EDQUOT, EFBIG, EIO, ENOSPC, EROFS
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,9 +17,9 @@ import click
 from bench.cli import interface, terminal
 from envs.errors import InputError
 
-DONE, BAD_INPUT, INTERRUPTED = 0, 2, 130
+DONE, BAD_INPUT, INTERRUPTED, PIPE_CLOSED = 0, 2, 130, 141
 
-_NOT_WRITTEN = (EPIPE, ENOSPC, EDQUOT, EFBIG, EROFS, EIO)
+_NOT_WRITTEN = (ENOSPC, EDQUOT, EFBIG, EROFS, EIO)
 """Errors of a full disk, and of output that nobody reads."""
 
 
@@ -36,6 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         terminal.note("bench: interrupted; what was finished is kept")
         return INTERRUPTED
+    except BrokenPipeError:  # whoever read what was printed has seen enough, as `head` has
+        _let_go_of_output()
+        return PIPE_CLOSED
     except OSError as error:
         if error.errno not in _NOT_WRITTEN:
             raise

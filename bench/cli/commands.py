@@ -107,16 +107,17 @@ def check(chosen: SimpleNamespace) -> int:
         update=chosen.update,
     )
     file: Path = chosen.baseline
-    now = regression.Baseline.of(RunResults.read(chosen.dir), wanted.measures)
+    run = RunResults.read(chosen.dir)
+    now = regression.Baseline.of(run, wanted.measures)
     wanted = wanted.of(now, str(chosen.dir))
     if chosen.update:
         return _update(now.attempted, file, chosen)
     before = regression.read(file)
-    found = regression.check(before, now, wanted.of(before, str(file)))
+    found = regression.check(before, now, wanted.of(before, str(file)), run.incomplete)
     _tell(regression_text.text(found, chosen.dir, file), chosen)
-    if not found.findings:
-        return NOTHING_MEASURED
-    return REGRESSION if found.regressions else DONE
+    if found.regressions:
+        return REGRESSION
+    return DONE if found.passes else NOTHING_MEASURED
 
 
 def _update(now: regression.Baseline, file: Path, chosen: SimpleNamespace) -> int:

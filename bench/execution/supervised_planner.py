@@ -15,7 +15,15 @@ from bench.execution.measurement import stored_metrics
 from bench.execution.session import Costs, Session
 from bench.execution.worker_process import Attempt, SetUp, WorkerProcess, hard_limit_s
 from bench.judging.judge import Judgement
-from bench.storage.record import Fault, Record, Verdict, claimed_solve_s, encode_path, outcome
+from bench.storage.record import (
+    LEFT_OUT,
+    Fault,
+    Record,
+    Verdict,
+    claimed_solve_s,
+    encode_path,
+    outcome,
+)
 from envs import InputError, Problem
 from envs.registry import Entry
 from envs.seeding import derived_seed
@@ -77,7 +85,7 @@ class SupervisedPlanner:
         """One attempt at a problem, whatever becomes of it."""
         set_up = self._ready()
         if set_up.fault or self._worker is None:
-            return Attempt(set_up.fault, None, error=f"setup: {set_up.error}")
+            return Attempt(set_up.fault, None, error=_said(set_up))
         scene = self._scene(self._worker, problem)
         if scene is not None and scene.fault:
             why = f"set_scene: {scene.error}"
@@ -211,6 +219,11 @@ class SupervisedPlanner:
 
     def _alive(self) -> bool:
         return self._worker is not None and self._worker.alive
+
+
+def _said(set_up: SetUp) -> str:
+    """What an attempt is told of how setting up went: a fault there, or why nobody was asked."""
+    return set_up.error if set_up.fault in LEFT_OUT else f"setup: {set_up.error}"
 
 
 def _as_claimed(attempt: Attempt) -> Attempt:

@@ -118,6 +118,9 @@ def _length_over_known(
     return env.space.length(path) / known if known else None
 
 
+SHORT = {"safety_margin": "margin", "time_s": "time"}
+"""Names of metrics on the command line and in baselines that are shorter than the metrics' own."""
+
 METRICS = (
     Metric("time_s", "time", "s", 3, LOWER, _time, timed=True, primary=True),
     Metric("length", "length", CONFIGURATION_UNIT, 2, LOWER, _length, primary=True),

@@ -18,6 +18,7 @@ from bench.storage.record import COLUMNS
 from envs import InputError
 from envs.errors import reason
 from envs.registry.plugins import announced, entry_points
+from envs.registry.sources import package_digest
 from envs.registry.spec import digest, is_file, module_of
 
 
@@ -66,5 +67,5 @@ def _announced_metric(point: EntryPoint) -> Metric:
         raise TypeError(f"{point.value} is a {type(metric).__name__}, not a Metric")
     if point.dist is None:
         return replace(metric, origin=point.value)
-    version = metric.version or point.dist.version
+    version = metric.version or package_digest(point.module) or point.dist.version
     return replace(metric, origin=point.dist.name, version=version)

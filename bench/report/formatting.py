@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import pandas as pd
@@ -136,7 +136,7 @@ def further_rows(run: RunResults) -> list[dict[str, str]]:
         {
             "env": row["env"],
             "planner": row["planner"],
-            **({SCENE_TIME: number(row["scene_s_median"], 3)} if has_scenes else {}),
+            **({SCENE_TIME: seconds(row["scene_s_median"], 3)} if has_scenes else {}),
             **{run.heading(metric): _moments(row, metric, run.spread) for metric in metrics},
         }
         for row in summary.to_dict("records")
@@ -174,8 +174,8 @@ def _reached(row: dict[Any, Any], level: str) -> str:
     time_s, share = row[f"time_s_to_{level}"], row[f"share_to_{level}"]
     if pd.isna(share):
         return NONE
-    seconds = number(time_s, 4) if math.isfinite(time_s) else NONE
-    return f"{seconds} ({100 * share:.0f} %)"
+    soon = seconds(time_s, 4) if math.isfinite(time_s) else NONE
+    return f"{soon} ({100 * share:.0f} %)"
 
 
 def blocked_length(run: RunResults) -> str:
@@ -204,6 +204,19 @@ def success(row: dict[Any, Any]) -> str:
 def number(value: float, digits: int) -> str:
     """A number with so many decimals, a dash for none."""
     return NONE if pd.isna(value) else f"{value:.{digits}f}"
+
+
+_SHORTEST = 6
+"""Decimals of seconds, at most."""
+
+
+def seconds(value: float, digits: int) -> str:
+    """As `number`, with more decimals, down to microseconds, where two digits need them: planners
+    take from microseconds to minutes."""
+    if not 0 < abs(value) < math.inf:
+        return number(value, digits)
+    of_two_digits = 1 - math.floor(math.log10(abs(value)))
+    return number(value, max(digits, min(of_two_digits, _SHORTEST)))
 
 
 _PLOTTED_DIGITS = 5
@@ -268,16 +281,23 @@ _DIGITS_OF_CLAIMS = 3
 
 
 def _claimed(row: dict[Any, Any], spread: str) -> str:
-    return _spread(row, CLAIMED_TIME, _DIGITS_OF_CLAIMS, spread)
+    return _spread(row, CLAIMED_TIME, _DIGITS_OF_CLAIMS, spread, seconds)
 
 
 def _moments(row: dict[Any, Any], metric: Metric, spread: str) -> str:
-    return _spread(row, metric.name, metric.digits, spread)
+    written = seconds if metric.unit == "s" else number
+    return _spread(row, metric.name, metric.digits, spread, written)
 
 
-def _spread(row: dict[Any, Any], name: str, digits: int, spread: str) -> str:
+def _spread(
+    row: dict[Any, Any],
+    name: str,
+    digits: int,
+    spread: str,
+    written: Callable[[float, int], str],
+) -> str:
     mean, around, median = (
-        number(row[f"{name}_{of}"], digits) for of in ("mean", spread, "median")
+        written(row[f"{name}_{of}"], digits) for of in ("mean", spread, "median")
     )
     return NONE if mean == NONE else f"{mean} ± {around} ({median})"
 

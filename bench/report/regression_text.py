@@ -66,6 +66,10 @@ def _heading(check: Check) -> str:
     if not check.findings:
         return "## Nothing comparable was measured"
     count = len(check.regressions)
+    if not count and check.incomplete:
+        return f"## Cannot tell yet. {check.incomplete}"
+    if check.is_blind:
+        return "## Cannot tell: no outcome would have been a regression"
     if not count:
         return "## Pass: no regression"
     return f"## Regression: {count} of {len(check.findings)} tests"

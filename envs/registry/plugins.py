@@ -6,7 +6,8 @@ whoever must not be reached by them has another ask a process of its own the sam
 A class in a file may say more of itself in class attributes that are called like the fields of a
 `Spec`: `id` (by default its name, `MyPlanner` as `my-planner`), `description` (by default the
 first line of its docstring), `version`, `groups`, `in_all` and `not_repeatable`. The version is by
-default made of the file's content, so that results of a changed file can be told apart.
+default made of the file's content, so that results of a changed file can be told apart; that of a
+package's spec of the package's files.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from envs.errors import InputError, reason
 from envs.registry.arguments import typed_arguments
+from envs.registry.sources import package_digest
 from envs.registry.spec import Spec, check_form, digest, is_file, load_class, module_of
 
 if TYPE_CHECKING:
@@ -110,7 +112,7 @@ class PlugIns:
         if not isinstance(spec, Spec):
             raise TypeError(f"{point.value} is a {type(spec).__name__}, not a Spec")
         check_form(self.kind, spec)
-        return replace(spec, origin=origin_of(point))
+        return replace(spec, origin=origin_of(point), version=_version_of(spec))
 
     def skip(self, what: str, error: BaseException) -> None:
         """Warns that something is left out, and why."""
@@ -160,6 +162,18 @@ class PlugIns:
         return typed_arguments(spec.id, spec.load(), spec.arguments, chosen)
 
 
+def _version_of(spec: Spec) -> int:
+    """The version that a package's spec states, or one made of the package's files."""
+    source = spec.entry_point.rpartition(":")[0]
+    if spec.version != Spec.version or is_file(source):
+        return spec.version
+    return _as_version(package_digest(source)) or spec.version
+
+
+def _as_version(digest: str) -> int:
+    return int(digest[:_VERSION_DIGITS] or "0", 16)
+
+
 def _unfinished(classes: list[type]) -> str:
     if not classes:
         return ""
@@ -171,7 +185,7 @@ def _spec_of(cls: type, file: Path) -> Spec:
     said: dict[str, Any] = {
         "id": re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "-", cls.__name__).lower(),
         "description": ((cls.__doc__ or "").strip() or cls.__name__).splitlines()[0],
-        "version": int(digest(file)[:_VERSION_DIGITS], 16),
+        "version": _as_version(digest(file)),
     }
     for name, kind in _SAID.items():
         value = getattr(cls, name, None)

@@ -136,7 +136,8 @@ class Registry(Generic[T]):
         groups = {group for known in self._specs.values() for group in known.groups}
         for name in (spec.id, *spec.aliases):
             if name == "all" or name in groups or name in self._names():
-                whose = f", so {spec.origin} cannot add it" if spec.origin else ""
+                theirs = f", so {spec.origin} cannot add it: give it another id"
+                whose = theirs if spec.origin else ""
                 raise InputError(f"there is a {self.kind} called {name!r} already{whose}")
         self._specs[spec.id] = spec
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from envs.collision.separation import contacts_array, shapes_of
 from envs.collision.shapes import Obstacle
+from envs.compiled import compiled_for
 from envs.problem import Array
 from envs.robots.arm import Arm
 from envs.robots.motion_proof import nothing_within, prove
@@ -41,16 +43,32 @@ class ArmProver:
         tabled: float,
     ) -> None:
         self._arm, self._tabled = arm, tabled
-        self.known = _looked_up(arm)
+        self.known = known = _looked_up(arm)
         self._around, self._may_touch = shapes_of(obstacles), contacts_array(may_touch)
+        self._with_tables, self._without_tables = (
+            (
+                arm.arrays._replace(branches=pairs),
+                known.trees,
+                tables,
+                self._around,
+                self._may_touch,
+            )
+            for pairs, tables in (known.tabled, known.untabled)
+        )
+        self._turns = bool(arm.arrays.tree.wraps.any() or arm.arrays.tree.spherical.any())
+
+    @cached_property
+    def _compiled(self) -> Callable[..., tuple[float, bool]]:
+        q = np.zeros(self._arm.tree.space.size)
+        return compiled_for(prove, *self._with_tables, q, q, 1.0, 1.0)
 
     def prove(self, a: Array, b: Array, asked: float, kept: float) -> tuple[float, bool]:
-        [(tree, (begin, end))] = self._arm.tree.motions(np.array([a, b]))
-        scene = self._around, self._may_touch
-        known = self.known
-        pairs, tables = known.tabled if kept <= self._tabled else known.untabled
-        robot = self._arm.arrays._replace(tree=tree, branches=pairs)
-        return prove(robot, known.trees, tables, *scene, begin, end, asked, kept)
+        robot, *rest = self._with_tables if kept <= self._tabled else self._without_tables
+        begin, end = np.array([a, b], dtype=np.float64)
+        if self._turns:
+            [(tree, (begin, end))] = self._arm.tree.motions(np.array([a, b]))
+            robot = robot._replace(tree=tree)
+        return self._compiled(robot, *rest, begin, end, float(asked), float(kept))
 
     def nothing_within(self, q: Array) -> bool:
         return bool(nothing_within(self._arm.arrays, self._around, self._may_touch, q))

@@ -26,10 +26,10 @@ from envs.robots.sphere_proofs import (
     REFUTED,
     STACK,
     TOUCHING,
+    measures_of,
+    next_in_doubt,
     pair_by_distance,
-    pair_by_spheres,
     part_by_distances,
-    part_by_spheres,
 )
 
 _DEEPEST = 40
@@ -77,41 +77,53 @@ def prove(
     shares, waiting = np.zeros(items, dtype=np.int64), np.empty(items, dtype=np.int64)
     for n in range(items):  # those farther out first: what moves most touches first
         waiting[n] = parts - 1 - n if n < parts else n
-    left = np.empty(items, dtype=np.int64)
     width = 1.0
     for _ in range(_DEEPEST):
+        states = np.empty(items, dtype=np.int64)
         next_shares, next_waiting = np.empty(2 * items, np.int64), np.empty(2 * items, np.int64)
-        n = following = 0
-        while n < items:
-            share, half = shares[n], width / 2
-            t, unproved = (share + 0.5) * width, 0
+        end = following = 0
+        while end < items:
+            begin, share, half = end, shares[end], width / 2
+            while end < items and shares[end] == share:
+                end += 1
+            t = (share + 0.5) * width
             body_motions(tree, a + t * (b - a), speeds, bodies[0], bodies[1], bodies[2])
-            while n < items and shares[n] == share:
-                item, place = waiting[n], 0.5
-                measures = (half, bends[item] * half * half / 2, moves[item] * half, asked, kept)
-                n += 1
-                if item < parts:
-                    known, asks = part_by_spheres(
-                        arm, trees, around, may_touch, item, bodies, measures, near
-                    )
-                    if asks > 0:
-                        some = near[:asks]
-                        known = part_by_distances(arm, around, item, known, bodies, measures, some)
-                else:
+            bounds, n = (half, bends, moves, asked, kept), begin
+            while True:
+                n, asks = next_in_doubt(
+                    arm,
+                    trees,
+                    around,
+                    may_touch,
+                    waiting,
+                    n,
+                    end,
+                    bodies,
+                    bounds,
+                    states,
+                    near,
+                    stack,
+                )
+                if n == end:
+                    break
+                item, known, place = waiting[n], states[n], 0.5
+                measures = measures_of(bounds, item)
+                if asks > 0:
+                    some = near[:asks]
+                    known = part_by_distances(arm, around, item, known, bodies, measures, some)
+                elif known == REFUTED:
+                    low, high = a + (t - half) * (b - a), a + (t + half) * (b - a)
                     pair = arm.branches[item - parts]
-                    known = pair_by_spheres(arm, trees, pair, bodies, measures, stack)
-                    if known == REFUTED:
-                        low, high = a + (t - half) * (b - a), a + (t + half) * (b - a)
-                        known, place = pair_by_distance(arm, pair, low, high, bodies, measures)
+                    known, place = pair_by_distance(arm, pair, low, high, bodies, measures)
                 if known >= REFUTED:
                     return t + (2 * place - 1) * half, known == TOUCHING
-                if known == OPEN:
-                    left[unproved] = item
-                    unproved += 1
+                states[n] = known
+                n += 1
             for child in range(2 * share, 2 * share + 2):
-                for k in range(unproved):
-                    next_shares[following], next_waiting[following] = child, left[k]
-                    following += 1
+                for n in range(begin, end):
+                    if states[n] == OPEN:
+                        next_shares[following], next_waiting[following] = child, waiting[n]
+                        following += 1
         if following == 0:
             return place_in_tables(arm, tables, a, b, asked, kept), False
         shares, waiting, items, width = next_shares, next_waiting, following, width / 2

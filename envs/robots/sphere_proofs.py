@@ -111,8 +111,42 @@ def part_by_distances(
     return known
 
 
-@njit_hot
-def part_by_spheres(
+@njit_inline
+def _spheres(
+    trees: Any,
+    part: int,
+    rows: Any,
+    j: int,
+    pose: Any,
+    shift: Any,
+    spin: Any,
+    measures: Any,
+) -> int:
+    """What a tree of spheres tells of a part and solid j. `REFUTED` where some sphere is no more
+    than what is asked from it."""
+    half, bend, _, asked, kept = measures
+    known, node = PROVED, trees.firsts[part]
+    end = trees.firsts[part + 1]
+    while node < end:
+        distance, rate = _nearing(rows, j, _carried(trees.centers[node], pose, shift, spin))
+        if distance - trees.radii[node] - half * rate - bend > kept and distance > 0.0:
+            node = trees.skips[node]
+            continue
+        move = half * rate + bend
+        if move > distance and distance > asked + trees.radii[node]:
+            known = max(known, OPEN)  # smaller spheres would hardly prove it, and none touches
+            node = trees.skips[node]
+            continue
+        if trees.skips[node] == node + 1:
+            if distance < trees.inner[node]:
+                return TOUCHING
+            known = max(known, REFUTED if distance - trees.radii[node] <= asked else OPEN)
+        node += 1
+    return known
+
+
+@njit_inline
+def _part_by_spheres(
     arm: Any,
     trees: Any,
     around: Any,
@@ -149,40 +183,6 @@ def part_by_spheres(
     return known, count
 
 
-@njit_hot
-def _spheres(
-    trees: Any,
-    part: int,
-    rows: Any,
-    j: int,
-    pose: Any,
-    shift: Any,
-    spin: Any,
-    measures: Any,
-) -> int:
-    """What a tree of spheres tells of a part and solid j. `REFUTED` where some sphere is no more
-    than what is asked from it."""
-    half, bend, _, asked, kept = measures
-    known, node = PROVED, trees.firsts[part]
-    end = trees.firsts[part + 1]
-    while node < end:
-        distance, rate = _nearing(rows, j, _carried(trees.centers[node], pose, shift, spin))
-        if distance - trees.radii[node] - half * rate - bend > kept and distance > 0.0:
-            node = trees.skips[node]
-            continue
-        move = half * rate + bend
-        if move > distance and distance > asked + trees.radii[node]:
-            known = max(known, OPEN)  # smaller spheres would hardly prove it, and none touches
-            node = trees.skips[node]
-            continue
-        if trees.skips[node] == node + 1:
-            if distance < trees.inner[node]:
-                return TOUCHING
-            known = max(known, REFUTED if distance - trees.radii[node] <= asked else OPEN)
-        node += 1
-    return known
-
-
 @njit_cached
 def pair_by_distance(
     arm: Any, pair: Any, a: Any, b: Any, bodies: Any, measures: Any
@@ -215,8 +215,10 @@ def pair_by_distance(
     return PROVED if distance - kept > move else OPEN, 0.5
 
 
-@njit_hot
-def pair_by_spheres(arm: Any, trees: Any, pair: Any, bodies: Any, measures: Any, stack: Any) -> int:
+@njit_inline
+def _pair_by_spheres(
+    arm: Any, trees: Any, pair: Any, bodies: Any, measures: Any, stack: Any
+) -> int:
     """What spheres tell of a pair of parts (3,). `REFUTED` where some are no more than what is
     asked apart, or too many would have to be asked."""
     half, bend, _, asked, kept = measures
@@ -262,3 +264,59 @@ def pair_by_spheres(arm: Any, trees: Any, pair: Any, bodies: Any, measures: Any,
                 size += 2
                 child = trees.skips[child]
     return PROVED
+
+
+@njit_inline
+def measures_of(bounds: Any, item: int) -> Any:
+    """Half of the share, how far points may bend from straight ways in it, how far they may move in
+    it, and what is asked and kept, of one part or pair. See `next_in_doubt` for the bounds."""
+    half, bends, moves, asked, kept = bounds
+    return half, bends[item] * half * half / 2, moves[item] * half, asked, kept
+
+
+@njit_hot
+def next_in_doubt(
+    arm: Any,
+    trees: Any,
+    around: Any,
+    may_touch: Any,
+    items: Any,
+    n: int,
+    end: int,
+    bodies: Any,
+    bounds: Any,
+    states: Any,
+    near: Any,
+    stack: Any,
+) -> tuple[int, int]:
+    """Asks spheres about parts and pairs, until there is one of which they do not tell enough.
+
+    One call asks about many: arms are many arrays, and to pass these on takes longer than to ask.
+
+    Args:
+        items: numbers (k,) of parts, or of pairs after them.
+        n, end: which of them are asked.
+        bounds: half of the share, bounds on accelerations and speeds, see `motion_proof.bound`,
+            and what is asked and kept.
+        states: (k,) what is known of each is written here.
+        near: the obstacles are written here that are to be asked for their distances from a part.
+        stack: room for `STACK` numbers.
+
+    Returns:
+        which item it is, `end` if none; and the number of those obstacles.
+    """
+    while n < end:
+        item, count = items[n], 0
+        measures = measures_of(bounds, item)
+        if item < arm.moving:
+            known, count = _part_by_spheres(
+                arm, trees, around, may_touch, item, bodies, measures, near
+            )
+        else:
+            pair = arm.branches[item - arm.moving]
+            known = _pair_by_spheres(arm, trees, pair, bodies, measures, stack)
+        states[n] = known
+        if count > 0 or known >= REFUTED:
+            return n, count
+        n += 1
+    return n, 0

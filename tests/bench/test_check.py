@@ -23,12 +23,14 @@ def stored(
     folder: Path, solved: dict[str, int] = SOLVED, scales: dict[str, float] = SCALES, **others: Any
 ) -> Path:
     """A folder as `bench run` leaves it: `solved` of N problems in c3d, and how planners' times,
-    lengths and margins compare to each other."""
+    lengths and margins compare to each other; those `absent` were asked for and not attempted, and
+    `n` is in place of N."""
+    absent, n = others.pop("absent", ()), others.pop("n", N)
     settings = {"time_limit_s": others.pop("time_limit_s", 5.0), "stop": "first", "jobs": 1}
     selection = {
         "envs": [{"id": "c3d", "fingerprint": others.get("env_fingerprint", "f")}],
         "planners": list(solved),
-        "problems": N,
+        "problems": n,
         "seed": others.get("problems_seed", 0),
         "settings": settings,
         "settings_digest": "s",
@@ -36,7 +38,7 @@ def stored(
     with Store(folder) as store:
         store.put_selection(selection)
         for planner, count in solved.items():
-            for i in range(N):
+            for i in range(n if planner not in absent else 0):
                 value = scales.get(planner, 1.0) * (10 + i)
                 measured = {"solve_s": value / 100, "length": value, "safety_margin": value / 50}
                 outcome = "VALID" if i < count else others.get("outcome", "TIMEOUT")
@@ -242,6 +244,28 @@ def test_planners_that_came_and_went_are_noted(bench: Cli, tmp_path: Path, basel
     assert [line.split(",")[2] for line in baseline.read_text().splitlines()] == [
         *("planner", "eitstar", "fmm")
     ], "sorted, and all of the run"
+
+
+def test_what_could_not_fail_does_not_pass(bench: Cli, tmp_path: Path) -> None:
+    """As the first attempts of an interrupted run, or a baseline of too few."""
+    file, run = tmp_path / "b.csv", stored(tmp_path / "run", {"fmm": 2}, n=2)
+    assert bench("check", run, "--baseline", file, "--update")[0] == 0
+    code, out, _ = bench("check", stored(tmp_path / "now", {"fmm": 0}, n=2), "--baseline", file)
+    assert code == 3
+    assert out.startswith("## Cannot tell: no outcome would have been a regression\n")
+
+
+def test_a_run_that_is_not_whole_does_not_pass(bench: Cli, tmp_path: Path, baseline: Path) -> None:
+    now = stored(tmp_path / "now", absent=("prmstar",))
+    code, out, _ = bench("check", now, "--baseline", baseline)
+    assert code == 3
+    assert out.startswith(
+        "## Cannot tell yet. Incomplete: 40 of 60 attempts were made, none by prmstar in c3d; "
+    )
+    worse = stored(tmp_path / "worse", {**SOLVED, "fmm": 5}, absent=("prmstar",))
+    code, out, _ = bench("check", worse, "--baseline", baseline)
+    assert code == 1, "what is worse already stays so"
+    assert out.startswith("## Regression: 1 of 2 tests\n")
 
 
 def test_too_few_problems_are_called_so(bench: Cli, tmp_path: Path, baseline: Path) -> None:

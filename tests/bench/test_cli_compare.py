@@ -86,6 +86,15 @@ def test_two_planners_of_one_run(bench: Cli, tmp_path: Path) -> None:
     assert bench("compare", a, "--planners", "rrt*,rrtconnect:range=2")[0] == 0, "as everywhere"
 
 
+def test_metrics_have_the_names_that_checks_have(
+    bench: Cli, refused: Refused, tmp_path: Path
+) -> None:
+    a = stored(tmp_path / "a")
+    two = ("compare", a, "--planners", "fmm,rrtstar", "--metrics")
+    assert bench(*two, "margin,time")[1] == bench(*two, "safety_margin,time_s")[1]
+    assert "unknown metric 'margn'; did you mean 'margin'" in refused(*two, "margn")
+
+
 def test_named_planners_of_two_runs(bench: Cli, tmp_path: Path) -> None:
     a, b = stored(tmp_path / "a"), stored(tmp_path / "b")
     code, out, _ = bench("compare", a, b, "--planners", "fmm")

@@ -204,6 +204,7 @@ def test_nothing_measured_is_exit_3(bench: Cli, faulty: list[str], tmp_path: Pat
     code, out, _ = bench(*run, "--out", tmp_path)
     assert code == 3
     assert "UNSUPPORTED 1" in out
+    assert "setup:" not in out, "it says so by itself, and nothing failed"
 
 
 def test_all_leaves_out_what_supports_nothing(

@@ -16,11 +16,14 @@ from records import changed, recorded, row, value
 from bench.analysis.comparison import compare, pair_runs
 from bench.analysis.run_results import RunResults
 from bench.analysis.statistics import holm, mcnemar, paired_effect, signed_rank
+from bench.judging.metric import Metric
 from bench.judging.metrics import METRICS
 from bench.report.comparison_text import text
 from envs import InputError
 
 PRIMARY = tuple(metric for metric in METRICS if metric.primary)
+
+WHO = "; --planners P,Q sets P of A against Q of B"
 
 N = 12
 TIMES = np.arange(1.0, N + 1)
@@ -197,6 +200,22 @@ def test_a_memory_limit_does_not_change_times() -> None:
     assert compared(a, b).loc["time_s", "verdict"] == "better"
 
 
+def test_other_definitions_of_a_metric_do_not_compare() -> None:
+    def with_mine(version: str) -> RunResults:
+        return recorded(
+            [changed(row, mine=1.0, versions={"mine": version}) for row in planner("a")]
+        )
+
+    mine = Metric("mine", "mine", "", 2, "lower", lambda *_: 1.0)
+    same = pair_runs(with_mine("1"), with_mine("1")).pairs
+    assert compare(same, [mine])["verdict"].tolist() == ["same", "same"]
+    table = compare(pair_runs(with_mine("1"), with_mine("2")).pairs, [mine, *PRIMARY])
+    table = table.set_index("measure")
+    assert table.loc["mine", "verdict"] == "not comparable"
+    assert table.loc["mine", "reason"].startswith("mine was computed by different versions of it")
+    assert table.loc["length", "verdict"] == "same", "others go by themselves"
+
+
 def test_different_machines_leave_times_alone() -> None:
     a, b = recorded(planner("fmm")), recorded(planner("fmm", 0.5))
     one, other = on_machine(a, processor="X", cores=2), on_machine(b, processor="Y", cores=2)
@@ -244,8 +263,8 @@ def test_each_planner_meets_itself_and_the_others_are_named() -> None:
     pairing = pair_runs(a, b)
     assert [(p.a.planner, p.b.planner) for p in pairing.pairs] == [("fmm", "fmm"), ("u", "u")]
     assert pairing.left_out == (
-        "c3d: measured in A alone: x, v",
-        "c3d: measured in B alone: y",
+        f"c3d: measured in A alone: x, v{WHO}",
+        f"c3d: measured in B alone: y{WHO}",
     )
 
 
@@ -254,7 +273,7 @@ def test_a_planner_that_was_not_attempted_meets_none() -> None:
     b = recorded([*planner("fmm"), *planner("x")])
     pairing = pair_runs(a, b)
     assert [p.a.planner for p in pairing.pairs] == ["fmm"]
-    assert pairing.left_out == ("c3d: measured in B alone: x",)
+    assert pairing.left_out == (f"c3d: measured in B alone: x{WHO}",)
 
 
 def test_single_planners_meet_whatever_their_names() -> None:

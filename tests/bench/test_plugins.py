@@ -208,6 +208,21 @@ def test_a_changed_file_is_another_version(file: Path) -> None:
     assert before.load() is after.load(), "what is loaded is what is there now"
 
 
+@pytest.mark.parametrize(("stated", "changes"), [("", True), (", version=2", False)])
+def test_an_edited_package_is_another_version_unless_it_states_one(
+    stated: str, changes: bool, install: Install
+) -> None:
+    name = f"edited_{changes}"
+    said = f'MINE = Spec("mine", "{name}:Straight", "a plug-in"{stated})\n'
+    versions = []
+    for text in (plugins.PLANNER, plugins.PLANNER, plugins.PLANNER + "# edited\n"):
+        install(name, text + said, bench_planners__p=f"{name}:MINE")
+        versions.append(planners.REGISTRY.entry("mine").spec.version)
+    before, same, after = versions
+    assert before == same
+    assert (after != same) == changes
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

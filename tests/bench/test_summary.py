@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from records import frame_of, recorded, row
 from bench.analysis import summary
 from bench.analysis.statistics import wilson_interval
 from bench.judging.metrics import METRICS
-from bench.report import markdown
+from bench.report import formatting, markdown
 
 ROWS = [
     row("a", 0, "VALID", solve_s=1.0, length=10.0, safety_margin=0.5),
@@ -74,6 +75,36 @@ def test_what_befell_a_planner_is_said_once_below_the_tables() -> None:
     assert len(remarks[1]) < 250
     assert remarks[2:] == ["`b` in `c3d`: 1 CRASH on problem 2: died of signal 11"]
     assert f"- {remarks[0]}." in markdown.text(recorded(rows))
+
+
+def test_what_is_still_to_be_attempted_is_told() -> None:
+    rows = [row("a", i, "VALID", solve_s=1.0, length=1.0) for i in range(3)]
+    assert recorded(rows).incomplete == ""
+    lists = [{"id": "c3d", "fingerprint": "f", "count": 3}]
+    assert recorded(rows, problems=9, envs=lists).incomplete == "", "which may leave numbers out"
+    run = recorded(rows, planners=["a", "b"], problems=4, repeats=2)
+    assert run.incomplete == (
+        "Incomplete: 3 of 16 attempts were made, none by b in c3d; the same `bench run` goes on "
+        "from there."
+    )
+    assert run.incomplete in markdown.text(run)
+
+
+@pytest.mark.parametrize(
+    ("value", "written"),
+    [
+        (12.3456, "12.346"),
+        (0.0123, "0.012"),
+        (0.0012, "0.0012"),
+        (0.000029, "0.000029"),
+        (0.00000294, "0.000003"),
+        (0.0, "0.000"),
+        (math.inf, "inf"),
+        (math.nan, "-"),
+    ],
+)
+def test_short_times_can_be_read(value: float, written: str) -> None:
+    assert formatting.seconds(value, 3) == written
 
 
 def test_rates_are_of_what_was_attempted() -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import planners
 from bench.analysis.comparison.conditions import Conditions
 from bench.analysis.run_results import RunResults
-from bench.storage.record import NOT_ATTEMPTED, Verdict
+from bench.storage.record import NOT_ATTEMPTED, Verdict, versions_of
 from envs import InputError
 from envs.errors import suggestion
 from envs.registry.arguments import split_entries
@@ -53,6 +53,11 @@ class Side:
             known.groupby(self.attempts["problem"]).median().to_numpy(dtype=float)
         )
         return medians
+
+    def definitions(self, metric: str) -> set[str]:
+        """The versions of a metric that its values here are of; none of metrics that ship."""
+        told = (versions_of(text).get(metric) for text in self.attempts["metrics"])
+        return {version for version in told if version is not None}
 
 
 @dataclass(frozen=True)
@@ -211,7 +216,8 @@ def _unmet(
     alone = []
     for side, one, met in zip("AB", (problem_set, other), zip(*meeting, strict=True), strict=True):
         names = [name for name in one.planners if name not in met]
-        alone += [f"{one.env}: measured in {side} alone: {', '.join(names)}"] if names else []
+        told = f"{one.env}: measured in {side} alone: {', '.join(names)}"
+        alone += [f"{told}; --planners P,Q sets P of A against Q of B"] if names else []
     return alone
 
 

@@ -28,6 +28,7 @@ from bench.analysis.statistics import (
     signed_rank,
 )
 from bench.judging.metric import Metric
+from bench.judging.metrics import SHORT
 from envs.errors import UnknownNameError
 from envs.problem import Array
 
@@ -99,7 +100,7 @@ def _least_p(n: int) -> float:
 
 def chosen_metrics(names: str | None, a: RunResults, b: RunResults) -> tuple[Metric, ...]:
     """The metrics that two runs are compared by: those of some names with commas between, in the
-    tables' order, or the primary ones.
+    tables' order, or the primary ones. Short names are as good as others.
 
     Raises:
         InputError: the runs know no such metric.
@@ -107,10 +108,11 @@ def chosen_metrics(names: str | None, a: RunResults, b: RunResults) -> tuple[Met
     known = {metric.name: metric for metric in (*a.metrics, *b.metrics)}
     if names is None:
         return tuple(metric for metric in known.values() if metric.primary)
-    wanted = names.split(",")
+    full = {short: name for name, short in SHORT.items()}
+    wanted = [full.get(name, name) for name in names.split(",")]
     for name in wanted:
         if name not in known:
-            raise UnknownNameError("metric", name, known)
+            raise UnknownNameError("metric", name, [*known, *full])
     return tuple(metric for name, metric in known.items() if name in wanted)
 
 
@@ -172,7 +174,7 @@ _SOLVED_BY_NONE = "no problem was solved by both"
 
 def _measured(metric: Metric, pair: Pair, both: Flags) -> _Comparison:
     result = partial(_Comparison, metric.name, metric.higher_is_better)
-    apart = why_times_differ(pair.a.conditions, pair.b.conditions) if metric.timed else ""
+    apart = _why_apart(metric, pair)
     a, b = (side.values(metric.name)[both] for side in (pair.a, pair.b))
     known = np.isfinite(a) & np.isfinite(b)  # a scene without obstacles has no margin
     a, b = a[known], b[known]
@@ -187,6 +189,16 @@ def _measured(metric: Metric, pair: Pair, both: Flags) -> _Comparison:
     effect = paired_effect(a, b, kind=kind, confidence=CONFIDENCE)
     test = signed_rank(np.zeros(len(a)), np.log(b / a)) if kind == RATIO else signed_rank(a, b)
     return result(len(a), medians, test, effect)
+
+
+def _why_apart(metric: Metric, pair: Pair) -> str:
+    """What keeps values of a metric from comparing, empty if nothing does."""
+    if len(pair.a.definitions(metric.name) | pair.b.definitions(metric.name)) > 1:
+        return (
+            f"{metric.name} was computed by different versions of it; run again into both folders "
+            "with the one that is meant"
+        )
+    return why_times_differ(pair.a.conditions, pair.b.conditions) if metric.timed else ""
 
 
 def _place(pair: Pair) -> dict[str, object]:

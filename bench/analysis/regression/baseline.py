@@ -13,21 +13,18 @@ import pandas as pd
 import planners
 from bench.analysis.run_results import RunResults
 from bench.judging.metric import Metric
-from bench.judging.metrics import REGISTERED
+from bench.judging.metrics import REGISTERED, SHORT
 from bench.storage.record import NOT_ATTEMPTED, Verdict, decode_path
 from envs import InputError
 from envs.errors import suggestion
 from envs.problem import Array
-
-_SHORT = {"safety_margin": "margin", "time_s": "time"}
-"""Names of metrics on the command line and in baselines, where they are not the metrics' own."""
 
 
 def gated_metrics() -> dict[str, Metric]:
     """What can be compared with a reference planner's, by the names of the command line: first what
     baselines have without being asked, times last."""
     ordered = sorted(REGISTERED, key=lambda metric: (not metric.primary, metric.timed))
-    return {_SHORT.get(metric.name, metric.name): metric for metric in ordered}
+    return {SHORT.get(metric.name, metric.name): metric for metric in ordered}
 
 
 def always_kept() -> tuple[str, ...]:
@@ -247,8 +244,8 @@ def _chosen(names: Sequence[str]) -> dict[str, Metric]:
         InputError: one is unknown.
     """
     known = gated_metrics()
-    wanted = {_SHORT.get(name, name) for name in names}
+    wanted = {SHORT.get(name, name) for name in names}
     for name in names:
-        if _SHORT.get(name, name) not in known:
+        if SHORT.get(name, name) not in known:
             raise InputError(f"--ratios: unknown {name!r}; {suggestion(name, known)}")
     return {name: metric for name, metric in known.items() if name in wanted}

@@ -68,16 +68,31 @@ class RegressionFinding:
 
 @dataclass(frozen=True)
 class Check:
-    """What was found, and notes on what was not compared, with the reason."""
+    """What was found, and notes on what was not compared, with the reason.
+
+    Attributes:
+        incomplete: what of the run is still to be attempted; see `RunResults.incomplete`.
+    """
 
     wanted: CheckOptions
     findings: tuple[RegressionFinding, ...]
     notes: tuple[str, ...]
+    incomplete: str = ""
 
     @property
     def regressions(self) -> tuple[RegressionFinding, ...]:
         """Those that fell."""
         return tuple(f for f in self.findings if f.verdict is RegressionVerdict.REGRESSION)
+
+    @property
+    def is_blind(self) -> bool:
+        """Whether no outcome of the run would have been a regression."""
+        return all(f.verdict is RegressionVerdict.BLIND for f in self.findings)
+
+    @property
+    def passes(self) -> bool:
+        """Whether there might have been a regression, and is none."""
+        return not (self.regressions or self.is_blind or self.incomplete)
 
     @property
     def threshold(self) -> float:
@@ -100,7 +115,7 @@ class Check:
         return finding.test.power(fall, self.threshold)
 
 
-def check(before: Baseline, now: Baseline, wanted: CheckOptions) -> Check:
+def check(before: Baseline, now: Baseline, wanted: CheckOptions, incomplete: str = "") -> Check:
     """Tests each row of a baseline that compares with a run's.
 
     Success falls by `success.success_test`, which is paired on the same problems.
@@ -116,6 +131,7 @@ def check(before: Baseline, now: Baseline, wanted: CheckOptions) -> Check:
     Args:
         before, now: each with values of `wanted.measures`; see `CheckOptions.of`, which also gives
             `wanted.reference` as it is here.
+        incomplete: what of the run is still to be attempted, empty if nothing is.
     """
     now = now.called_as(before)
     reasons = {key: _why_not(row, now.rows.get(key)) for key, row in sorted(before.rows.items())}
@@ -134,7 +150,7 @@ def check(before: Baseline, now: Baseline, wanted: CheckOptions) -> Check:
         f"{_named(key)}: not in the baseline yet; --update adds it"
         for key in sorted(now.attempted.rows.keys() - before.rows.keys())
     ]
-    return Check(wanted, tuple(_judged(found, wanted.alpha)), tuple(notes))
+    return Check(wanted, tuple(_judged(found, wanted.alpha)), tuple(notes), incomplete)
 
 
 def _named(key: tuple[str, str]) -> str:
