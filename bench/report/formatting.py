@@ -9,6 +9,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Mapping
+from decimal import Decimal
 from typing import Any
 
 import pandas as pd
@@ -215,7 +216,7 @@ def seconds(value: float, digits: int) -> str:
     take from microseconds to minutes."""
     if not 0 < abs(value) < math.inf:
         return number(value, digits)
-    of_two_digits = 1 - math.floor(math.log10(abs(value)))
+    of_two_digits = 1 - Decimal(repr(float(value))).adjusted()
     return number(value, max(digits, min(of_two_digits, _SHORTEST)))
 
 
