@@ -38,7 +38,7 @@ class Commands(click.Group):
     sections: ClassVar[dict[str, tuple[str, ...]]] = {
         "Measure": ("run", "train", "paper"),
         "Report": ("report", "compare", "check", "show", "field"),
-        "Try": ("list", "problems", "judge", "paths", "test-planner", "replay"),
+        "Try": ("list", "problems", "judge", "paths", "test-planner", "test-env", "replay"),
     }
 
     def list_commands(self, context: click.Context) -> list[str]:

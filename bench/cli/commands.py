@@ -23,6 +23,7 @@ from bench.execution.problem_choice import check_range
 from bench.judged_file import judge_file
 from bench.report import comparison_text, markdown, path_file, regression_text, writers
 from envs import InputError
+from envs.seeding import TEST_SEEDS
 
 DONE, REGRESSION, NOTHING_MEASURED = 0, 1, 3
 FAILED = DIFFERENT = 1
@@ -212,6 +213,14 @@ def test_planner(chosen: SimpleNamespace) -> int:
             f"{planner.id} does not plan in {env.id}, so little was checked; choose another --env: "
             + evidence.unsupported
         )
+    return FAILED if any(f.outcome is conformance.Outcome.FAILED for f in found) else DONE
+
+
+def test_env(chosen: SimpleNamespace) -> int:
+    """`bench test-env`."""
+    check_range("--seed", chosen.seed, 0, TEST_SEEDS - 1)
+    found = conformance.environment_findings(envs.REGISTRY.entry(chosen.env), chosen.seed)
+    tell("\n".join(finding.text for finding in found))
     return FAILED if any(f.outcome is conformance.Outcome.FAILED for f in found) else DONE
 
 

@@ -318,6 +318,17 @@ def test_planner() -> None:
     it must keep to. Exit code 1 if it does not."""
 
 
+@_command("test-env", "commands:test_env", "check that an environment keeps to the contract")
+@click.argument("env", metavar="NAME[:KEY=VALUE,...]", shell_complete=options.ENVS)
+@click.option(
+    "--seed", type=int, default=0, metavar="S", help="of configurations and problems (default: 0)"
+)
+def test_env() -> None:
+    """Asks an environment for clearances, problems and its definition, compares the clearances with
+    its collision model at random configurations, and prints a line for each thing it must keep to.
+    Exit code 1 if it does not."""
+
+
 @_command("problems", "problems:problems", "which problems can be solved as they are posed")
 @click.option(
     "--env",

@@ -2,69 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from enum import Enum
-
 from bench.conformance import rules
-from bench.conformance.rules import LATE_S, LATE_SHARE, NotSeen
+from bench.conformance.check import Check, CheckResult
+from bench.conformance.rules import LATE_S, LATE_SHARE
 from bench.conformance.trials import Evidence
-
-
-class Outcome(str, Enum):
-    """What came of a check."""
-
-    PASSED = "passed"
-    FAILED = "failed"
-    NOT_APPLICABLE = "not applicable"
-
-
-@dataclass(frozen=True)
-class Check:
-    """One thing to keep to.
-
-    Attributes:
-        promise: what a planner that keeps to it does, in a line.
-        why: why it matters.
-        rule: what of the evidence speaks against it, a line each.
-    """
-
-    name: str
-    promise: str
-    why: str
-    rule: Callable[[Evidence], list[str] | NotSeen]
-
-
-@dataclass(frozen=True)
-class CheckResult:
-    """What came of a check, and what speaks against it, or why it does not apply."""
-
-    check: Check
-    outcome: Outcome
-    what: str = ""
-
-    @property
-    def text(self) -> str:
-        """A line, and for a failure another that says why it matters."""
-        said = self.what if self.outcome is not Outcome.PASSED else self.check.promise
-        line = f"{self.outcome.value:<16}{self.check.name:<12}{said}"
-        if self.outcome is Outcome.FAILED:
-            line += f"\n{'':<28}why it matters: {self.check.why}"
-        return line
 
 
 def findings(evidence: Evidence) -> list[CheckResult]:
     """What comes of every check."""
-    return [_finding(check, check.rule(evidence)) for check in CHECKS]
-
-
-def _finding(check: Check, seen: list[str] | NotSeen) -> CheckResult:
-    if isinstance(seen, NotSeen):
-        return CheckResult(check, Outcome.NOT_APPLICABLE, seen.reason)
-    if not seen:
-        return CheckResult(check, Outcome.PASSED)
-    # One mistake is mostly made in every trial, and said once.
-    return CheckResult(check, Outcome.FAILED, "; ".join(dict.fromkeys(seen)))
+    return [check.result(evidence) for check in CHECKS]
 
 
 CHECKS = (

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from bench.conformance.check import NotSeen
 from bench.conformance.trials import Evidence, Trial
 from bench.storage.record import Fault, Verdict
 
@@ -17,13 +17,6 @@ seconds. A path that comes after the limit is `LATE` in any case."""
 _MORE_THREADS = 2  # the harness's watchdog, and one that only waits
 _CORES, _LONG_ENOUGH_S = 1.5, 0.2  # of processor time a second; where the clocks can tell
 _CUT_SHARE = 0.8  # of the time limit, after which the clock may have had a say in a path
-
-
-@dataclass(frozen=True)
-class NotSeen:
-    """Why there is nothing to judge."""
-
-    reason: str
 
 
 _NOT_SET_UP = NotSeen("it was not set up")

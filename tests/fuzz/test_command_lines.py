@@ -38,6 +38,7 @@ LINES = (
     "field --env c3d --planners fmm --source 1,2.5,-3 --device cpu --no-train --out FILE.png",
     "paper --quick --only c3d,gibson --out DIR",
     "test-planner my.py:Mine --env box --time-limit 2",
+    "test-env c3d:scene=3 --seed 4",
     "replay DIR --planner fmm --problem 3 --env c3d",
     "judge --env c3d --paths FILE.json --problems 10 --seed 3 --problem-file FILE.csv --json",
     "paths DIR --planner fmm --env c3d --repeat 1 --out FILE.csv",
@@ -77,6 +78,7 @@ def test_command_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in of_their_name.split():
         monkeypatch.setattr(commands, name, read_only)
     monkeypatch.setattr(commands, "test_planner", read_only)
+    monkeypatch.setattr(commands, "test_env", read_only)
     monkeypatch.setattr(listing, "list_", read_only)
 
     def parse(line: str) -> str:
