@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import pickle
 from typing import Any
 
 import numpy as np
@@ -16,6 +14,13 @@ from map_files import write_ros
 from omplapp_files import PLANAR, write_problem
 
 import envs
+from bench.conformance import (
+    ENVIRONMENT_CHECKS,
+    Check,
+    EnvironmentEvidence,
+    Outcome,
+    environment_finding,
+)
 from envs import Environment
 
 URDF = robot(
@@ -96,82 +101,61 @@ def entry(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 
 @pytest.fixture(scope="module")
-def env(entry: str) -> Environment:
-    return envs.make(entry)
+def evidence(entry: str) -> EnvironmentEvidence:
+    """What an environment answers, asked once for all tests."""
+    made = envs.REGISTRY.entry(entry)
+    return EnvironmentEvidence(made, made.make(), seed=1)
 
 
-def test_bounds_are_a_box(env: Environment) -> None:
-    assert env.lower.shape == env.upper.shape == (env.space.size,)
-    assert (env.lower < env.upper).all()
-    assert (env.lower == env.space.lower).all()
-    assert (env.upper == env.space.upper).all()
-    drawn = env.space.sample(np.random.default_rng(0), 100)
-    assert env.contains(drawn).all()
-    assert not env.contains(drawn + 3 * (env.upper - env.lower)).any()
+@pytest.fixture(scope="module")
+def env(evidence: EnvironmentEvidence) -> Environment:
+    return evidence.env
 
 
-def test_free_space_is_within_what_is_sampled(env: Environment) -> None:
-    q = env.space.sample(np.random.default_rng(4), 500)
-    free = q[env.clearance(q) > 0]
-    assert env.sampling_space.contains(free).all()
+@pytest.mark.parametrize("check", ENVIRONMENT_CHECKS, ids=lambda check: check.name)
+def test_it_passes_each_check(
+    check: Check[EnvironmentEvidence], evidence: EnvironmentEvidence
+) -> None:
+    result = environment_finding(check, evidence)
+    assert result.outcome is Outcome.PASSED, result.text
 
 
-def test_batches_and_single_configurations_agree(env: Environment) -> None:
-    q = env.space.sample(np.random.default_rng(0), 200)
-    whole = env.clearance(q)
-    assert whole.shape == (200,)
-    assert [env.clearance(one[None])[0] for one in q] == pytest.approx(whole)
-    assert env.speed(q) == pytest.approx(env.speed_model(whole))
-    assert (env.speed(q) > 0).all()
+def test_free_space_is_within_what_is_sampled(
+    env: Environment, evidence: EnvironmentEvidence
+) -> None:
+    for scene in evidence.scenes:
+        assert env.sampling_space.contains(scene.q[scene.clearances > 0]).all()
 
 
-def test_clearance_and_fcl_agree_on_collision(env: Environment) -> None:
-    q = env.space.sample(np.random.default_rng(1), 500)
-    model = env.collision_model()
-    valid = np.array([model.is_valid(one) for one in q])
-    assert (valid == (env.clearance(q) > 0)).all()
-    assert 0 < valid.mean() < 1
+def test_clearance_and_fcl_agree_on_contact_however_close(evidence: EnvironmentEvidence) -> None:
+    for scene in evidence.scenes:
+        assert (scene.valid == (scene.clearances > 0)).all()
+        assert 0 < scene.valid.mean() < 1
 
 
-def test_clearance_changes_no_faster_than_the_motion_bound(env: Environment) -> None:
-    rng = np.random.default_rng(2)
-    a, other = env.space.sample(rng, 500), env.space.sample(rng, 500)
-    b = env.space.interpolate(a, other, rng.uniform(0, 0.05, 500))
-    change = np.abs(env.clearance(b) - env.clearance(a))
-    bounds = np.array([env.robot.motion_bound(x, y) for x, y in zip(a, b, strict=True)])
-    assert (change <= bounds + 1e-9).all()
-    assert (bounds <= env.robot.rate_bound * env.space.distance(a, b) + 1e-9).all()
+def test_depths_change_no_faster_than_the_motion_bound(evidence: EnvironmentEvidence) -> None:
+    for scene in evidence.scenes:
+        before, after = scene.motion_clearances
+        assert (np.abs(after - before) <= scene.motion_bounds + 1e-9).all()
 
 
-def test_problems_are_repeatable_and_their_ends_free(env: Environment, entry: str) -> None:
-    first, second = env.sample_problems(20, 1), env.sample_problems(25, 1)
-    model = env.collision_model()
-    for index, (a, b) in enumerate(zip(first, second, strict=False)):
-        if env.scenes_differ:
-            model = env.scene_of(a).collision_model()
-        assert a.index == index
-        assert a.seed == b.seed > 0
-        assert (a.start == b.start).all()
-        assert (a.goal == b.goal).all()
-        assert model.is_valid(a.start)
-        assert model.is_valid(a.goal)
-        assert env.contains(np.array([a.start, a.goal])).all()
+def test_problems_differ_from_each_other(evidence: EnvironmentEvidence, entry: str) -> None:
+    both = evidence.problems + evidence.other_problems
     different = DIFFERENT.get(entry.partition(":")[0], 50)
-    both = second + env.sample_problems(25, 2)
     assert len({(*p.start, *p.goal) for p in both}) == different
+    assert all(p.seed > 0 for p in both)
 
 
-def test_one_that_was_used_can_be_sent_to_another_process(env: Environment) -> None:
-    """Labels for training are made in several."""
-    problems = env.sample_problems(1, seed=5)
-    other = pickle.loads(pickle.dumps(env))
-    assert other.fingerprint == env.fingerprint
-    [problem] = other.sample_problems(1, seed=5)
-    assert problem.start.tolist() == problems[0].start.tolist()
+def test_ends_of_lists_of_problems_are_free(
+    env: Environment, evidence: EnvironmentEvidence
+) -> None:
+    """Those that lists here have: the checks take them as they are."""
+    for problem in evidence.problems if env.problem_count is not None else ():
+        ends = np.array([problem.start, problem.goal])
+        assert env.contains(ends).all()
+        model = evidence.model_of(problem)
+        assert all(model.is_valid(one) for one in ends)
 
 
-def test_the_fingerprint_is_that_of_the_definition(env: Environment, entry: str) -> None:
-    again = envs.make(entry)
-    assert again.fingerprint == env.fingerprint
+def test_fingerprints_are_short(env: Environment) -> None:
     assert len(env.fingerprint) == 16
-    json.dumps(env.definition(), allow_nan=False)
