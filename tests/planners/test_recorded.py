@@ -41,8 +41,9 @@ def files(draw: st.DrawFn) -> PathFile:
             path = np.array(draw(st.lists(waypoint, min_size=2, max_size=5)))
             paths.append(RecordedPath(path, problem, solve_s, draw(st.sampled_from(Status))))
         else:
-            why = draw(st.text(st.characters(codec="utf-8"), max_size=20)).strip()
-            why = "".join(c for c in " ".join(why.split()) if c.isprintable())
+            why = draw(st.text(st.characters(codec="utf-8"), max_size=20))
+            why = "".join(c if c.isprintable() else " " for c in why)
+            why = " ".join(why.split())  # a line, in which spaces stand alone
             paths.append(RecordedPath(None, problem, solve_s, draw(st.sampled_from(STATUSES)), why))
     return PathFile(
         tuple(paths), draw(st.sampled_from(["", "7e7d5e2e"])), draw(st.none() | st.integers(0, 99))
