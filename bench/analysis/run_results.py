@@ -210,7 +210,7 @@ class RunResults:
         """What was asked for and not attempted yet, in a sentence; empty if nothing is missing."""
         made = self.records.groupby(["env_fingerprint", "planner"]).size()
         asked = {
-            (env["fingerprint"], planner): (env["id"], attempts_asked(selection, env))
+            (env["fingerprint"], planner): (env["id"], _attempts_asked(selection, env))
             for selection in self.selections
             for env in selection["envs"]
             for planner in selection["planners"]
@@ -285,7 +285,7 @@ def repeats_of(selection: Mapping[str, Any]) -> int:
     return int(selection.get("repeats", 1))
 
 
-def attempts_asked(selection: Mapping[str, Any], env: Mapping[str, Any]) -> int:
+def _attempts_asked(selection: Mapping[str, Any], env: Mapping[str, Any]) -> int:
     """How many attempts each planner was to make in one of a selection's environments; older runs,
     which do not say how many problems it has, had none that leave numbers out."""
     problems = env.get("count", _problems_of(selection)[env["fingerprint"]])

@@ -112,6 +112,8 @@ def check(chosen: SimpleNamespace) -> int:
     now = regression.Baseline.of(run, wanted.measures)
     wanted = wanted.of(now, str(chosen.dir))
     if chosen.update:
+        if run.incomplete:
+            note(run.incomplete)
         return _update(now.attempted, file, chosen)
     before = regression.read(file)
     found = regression.check(before, now, wanted.of(before, str(file)), run.incomplete)

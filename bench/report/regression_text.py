@@ -26,6 +26,8 @@ def text(check: Check, folder: Path, file: Path) -> str:
     means, and notes on what was not compared."""
     parts = [_heading(check), f"`{folder}` against the baseline `{file}`."]
     reference = check.wanted.reference
+    if check.regressions and check.incomplete:
+        parts.append(check.incomplete)
     if check.regressions:
         parts.append("\n".join(_line(finding, reference) for finding in check.regressions))
     if check.findings:

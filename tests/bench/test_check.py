@@ -266,6 +266,8 @@ def test_a_run_that_is_not_whole_does_not_pass(bench: Cli, tmp_path: Path, basel
     code, out, _ = bench("check", worse, "--baseline", baseline)
     assert code == 1, "what is worse already stays so"
     assert out.startswith("## Regression: 1 of 2 tests\n")
+    assert "Incomplete: 40 of 60" in out
+    assert "Incomplete: 40 of 60" in bench("check", now, "--baseline", baseline, "--update")[2]
 
 
 def test_too_few_problems_are_called_so(bench: Cli, tmp_path: Path, baseline: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -56,8 +57,12 @@ class Side:
 
     def definitions(self, metric: str) -> set[str]:
         """The versions of a metric that its values here are of; none of metrics that ship."""
-        told = (versions_of(text).get(metric) for text in self.attempts["metrics"])
-        return {version for version in told if version is not None}
+        return {versions[metric] for versions in self._versions if metric in versions}
+
+    @cached_property
+    def _versions(self) -> list[dict[str, str]]:
+        """Of the metrics of each attempt, read once for all metrics."""
+        return [versions_of(text) for text in self.attempts["metrics"]]
 
 
 @dataclass(frozen=True)
