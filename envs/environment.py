@@ -350,6 +350,12 @@ class Environment(ABC):
             self.clearance, self.robot.rate_bound, paths, tolerance, self.space
         )
 
+    def motion_check(self, tolerance: float) -> Any:
+        """Proofs that motions are free, for planners that are compiled themselves, to a tolerance
+        in workspace units; None, which is the default, where there are only those in Python. See
+        `envs.collision.motion_check`."""
+        return None
+
     def contains(self, q: Array) -> Any:
         """Whether configurations (n, d) lie within the bounds, (n,) of bool.
 
@@ -371,6 +377,7 @@ class Environment(ABC):
             prover=self.prover,
             may_touch=self.may_touch,
             searcher=self.searcher,
+            motion_check=lambda: self.motion_check(decides_to),
         )
 
     def checked_pairs(self) -> CheckedPairs:

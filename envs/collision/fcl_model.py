@@ -10,8 +10,9 @@ which FCL has in closed form. Whether anything touches FCL is asked as well.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from itertools import compress, pairwise, starmap
-from typing import Protocol
+from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
 import fcl
@@ -24,6 +25,7 @@ from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_obstacles import broad_phases, fcl_transform, placed_in_fcl
 from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
 from envs.collision.margin_search import FIRST_QUERIES
+from envs.collision.motion_check import asked_from_python
 from envs.collision.separation import Shapes, clearances_of_each, contacts_array, shapes_of
 from envs.collision.shapes import POINT, Mesh, Obstacle, Robot, Solid
 from envs.problem import Array
@@ -98,6 +100,9 @@ class CollisionModel:
             obstacles, or be within them; None for none.
         searcher: a quick search for the least clearance of paths; where it has been is `allowed`,
             and whether FCL finds contact, is asked afterwards. None for none.
+        motion_check: makes the compiled proofs that decide about motions where there is no prover,
+            once one is asked about, see `motion_check.motion_is_free`; it may make None. None for
+            none.
 
     Attributes:
         checks: the number of configurations that were queried so far.
@@ -115,6 +120,7 @@ class CollisionModel:
         prover: Prover | None = None,
         may_touch: NDArray[np.bool_] | None = None,
         searcher: Searcher | None = None,
+        motion_check: Callable[[], Any] | None = None,
     ) -> None:
         if not (tolerance > 0 and np.isfinite(tolerance)):
             raise ValueError(f"tolerance must be positive, not {tolerance}")
@@ -151,6 +157,15 @@ class CollisionModel:
         self._asks_boxes_alone = not (len(self._around.rows) or len(self._pairs))
         self._prover = prover
         self._searcher = searcher
+        self._motion_check = motion_check
+
+    @cached_property
+    def _is_free(self) -> Callable[[Array, Array], bool] | None:
+        """Compiled proofs of motions; None for none."""
+        check = None if self._motion_check is None else self._motion_check()
+        if self._space is None or check is None:
+            return None
+        return asked_from_python(check, self._space.size)
 
     def is_valid(self, q: Array) -> bool:
         """Whether the robot touches nothing at a configuration (d,). Ignores the bounds."""
@@ -208,7 +223,7 @@ class CollisionModel:
 
         See `continuous.segment_is_free`, to `self.tolerance`.
         """
-        if self._prover is not None:
+        if self._proves:
             return self.stays_free(a, b) and self._is_where_it_may_be(a)
         bound = self.robot.motion_bound(a, b)
         # More than proves all of the motion at once, and than the tolerance.
@@ -222,20 +237,32 @@ class CollisionModel:
     def stays_free(self, a: Array, b: Array) -> bool:
         """As `segment_is_free`, of a motion one end of which is known to be valid: where nothing is
         touched, all of it is where it may be if that is."""
-        if self._prover is None:
+        if not self._proves:
             return self.segment_is_free(a, b)
         self.checks += 1
-        return self._prover.prove(a, b, self.tolerance, self.tolerance / 2)[0] < 0
+        if self._prover is not None:
+            return self._prover.prove(a, b, self.tolerance, self.tolerance / 2)[0] < 0
+        assert self._is_free is not None
+        return self._is_free(a, b)
 
     def may_plan_at(self, q: Array) -> bool:
         """As `is_valid`, for planners: by proofs alone where these tell."""
-        if self._prover is None:
+        if self._prover is not None:
+            place, touches = self._prover.prove(q, q, self.tolerance, self.tolerance / 2)
+            if touches:
+                return False
+            is_proved = place < 0
+        else:
+            is_proved = self._is_free is not None and self._is_free(q, q)
+        if not is_proved:
             return self.is_valid(q)
-        place, touches = self._prover.prove(q, q, self.tolerance, self.tolerance / 2)
-        if touches or place >= 0:
-            return not touches and self.is_valid(q)
         self.checks += 1
         return self._is_where_it_may_be(q)
+
+    @property
+    def _proves(self) -> bool:
+        """Whether motions are proved by compiled code."""
+        return self._prover is not None or self._is_free is not None
 
     def keeps(self, q: Array, margin: float) -> bool:
         """Whether the robot is valid at a configuration (d,) and is proved to keep more than a
@@ -375,8 +402,7 @@ class CollisionModel:
         """As `_on_the_right_side`, where only proofs were asked."""
         if self._allowed is None:
             return True
-        assert self._prover is not None
-        known = self._allowed_apart and self._prover.nothing_within(q)
+        known = self._allowed_apart and self._prover is not None and self._prover.nothing_within(q)
         return self._on_the_right_side(q, known)
 
     def _place(self, q: Array) -> None:

@@ -67,11 +67,14 @@ class CellDistances:
 
     Args:
         occupied: (nx, ny) or (nx, ny, nz); some are, and some are not.
+
+    Attributes:
+        occupied: the tree of those.
     """
 
     def __init__(self, occupied: NDArray[np.bool_]) -> None:
         self._dimension = occupied.ndim
-        self._occupied, self._free = CellTree.of(occupied), CellTree.of(~occupied)
+        self.occupied, self._free = CellTree.of(occupied), CellTree.of(~occupied)
 
     def __call__(self, points: Array) -> Array:
         """Distances (n,) from points (n, d): exact outside, and within minus the distance to the
@@ -82,7 +85,7 @@ class CellDistances:
         found = np.empty(len(points))
 
         def work(part: slice) -> None:
-            _signed_distances(in_space[part], self._occupied, self._free, found[part])
+            _signed_distances(in_space[part], self.occupied, self._free, found[part])
 
         parallel_for(work, len(points), _BLOCK)
         return found
@@ -90,19 +93,25 @@ class CellDistances:
 
 @njit_cached
 def _signed_distances(points: Any, occupied: Any, free: Any, found: Any) -> None:
-    # Of each level up to seven wait while the eighth is looked into.
-    stack = np.empty((8 * len(occupied.begins) + 1, 4), dtype=np.int64)
+    stack = stack_for(occupied)
     for n in range(len(points)):
         x, y, z = points[n]
         if math.isnan(x) or math.isnan(y) or math.isnan(z):
             found[n] = np.nan
             continue
-        distance = math.sqrt(_nearest(x, y, z, occupied, stack))
-        found[n] = distance if distance > 0 else -math.sqrt(_nearest(x, y, z, free, stack))
+        distance = math.sqrt(nearest_cell(x, y, z, occupied, stack))
+        found[n] = distance if distance > 0 else -math.sqrt(nearest_cell(x, y, z, free, stack))
 
 
 @njit_cached
-def _nearest(x: float, y: float, z: float, tree: Any, stack: Any) -> float:
+def stack_for(tree: Any) -> Any:
+    """Room for a search of a tree: of each level up to seven wait while the eighth is looked
+    into."""
+    return np.empty((8 * len(tree.begins) + 1, 4), dtype=np.int64)
+
+
+@njit_cached
+def nearest_cell(x: float, y: float, z: float, tree: Any, stack: Any) -> float:
     """The square of the distance from a point to the nearest cell of a tree: the search goes into
     nearer cubes first, and leaves out those that are no nearer than what it has."""
     best = np.inf

@@ -15,6 +15,7 @@ from envs.collision.shapes import Obstacle
 from envs.compiled import compiled_for
 from envs.problem import Array
 from envs.robots.arm import Arm
+from envs.robots.arm_motion_check import ArmMotionCheck
 from envs.robots.motion_proof import nothing_within, prove
 from envs.robots.pair_tables import PairTables, split, tables_of
 from envs.robots.sphere_trees import SphereTrees, sphere_trees
@@ -69,6 +70,16 @@ class ArmProver:
             [(tree, (begin, end))] = self._arm.tree.motions(np.array([a, b]))
             robot = robot._replace(tree=tree)
         return self._compiled(robot, *rest, begin, end, float(asked), float(kept))
+
+    def motion_check(self, tolerance: float) -> ArmMotionCheck | None:
+        """See `Environment.motion_check`; None of robots with spherical joints."""
+        arrays = self._arm.arrays
+        if arrays.tree.spherical.any():
+            return None
+        pairs, tables = self.known.tabled if tolerance / 2 <= self._tabled else self.known.untabled
+        robot = arrays._replace(branches=pairs)
+        known = self.known.trees, tables, self._around, self._may_touch
+        return ArmMotionCheck(robot, *known, tolerance)
 
     def nothing_within(self, q: Array) -> bool:
         return bool(nothing_within(self._arm.arrays, self._around, self._may_touch, q))

@@ -56,7 +56,7 @@ def _shortest(wraps: Any, a: float, b: float, i: int) -> float:
 
 
 @njit_cached
-def _reached(wraps: Any, a: Any, b: Any) -> Any:
+def reached(wraps: Any, a: Any, b: Any) -> Any:
     """The numbers (d,) with which one comes from a to b (d,) by the shortest way: b itself, but
     where it wraps."""
     there = b.copy()
@@ -95,7 +95,7 @@ def _extended(motions: Any, tree: Any, size: int, q: Any, step: float) -> tuple[
     """Grows a tree by one motion toward a configuration: its new size, and whether it is there."""
     wraps = motions[0].tree.wraps
     near = _nearest(wraps, tree, size, q)
-    goal = _reached(wraps, tree[near], q)
+    goal = reached(wraps, tree[near], q)
     way = goal - tree[near]
     length = np.sqrt((way**2).sum())
     there = length <= step
@@ -110,7 +110,7 @@ def _extended(motions: Any, tree: Any, size: int, q: Any, step: float) -> tuple[
 def _joined(motions: Any, start: Any, goal: Any, samples: Any, step: float) -> bool:
     """See `is_connected`; motions are those of an arm and its swept pairs, in a scene, certified to
     a tolerance, its parts asked in an order that changes, see `keeps`."""
-    if _is_free(motions, start, _reached(motions[0].tree.wraps, start, goal)):
+    if _is_free(motions, start, reached(motions[0].tree.wraps, start, goal)):
         return True
     trees = np.empty((2, 20 * len(samples), len(start)))
     trees[0, 0], trees[1, 0] = start, goal

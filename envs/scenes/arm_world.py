@@ -18,6 +18,7 @@ from envs.environment import LinkGeometry
 from envs.problem import Array
 from envs.robots import arm_clearance, rrt_connect
 from envs.robots.arm import SLACK, Arm
+from envs.robots.arm_motion_check import ArmMotionCheck
 from envs.robots.arm_prover import ArmProver
 from envs.robots.tip_and_stand import stand
 from envs.scenes.arm_problems import ArmProblems
@@ -152,7 +153,13 @@ class ArmWorld(ArmProblems):
 
     @property
     def prover(self) -> Prover:
-        return ArmProver(self.robot, self.obstacles, self.may_touch, self.planning_tolerance)
+        return self._prover_of(self.planning_tolerance)
+
+    def _prover_of(self, tabled: float) -> ArmProver:
+        return ArmProver(self.robot, self.obstacles, self.may_touch, tabled)
+
+    def motion_check(self, tolerance: float) -> ArmMotionCheck | None:
+        return self._prover_of(self.planning_tolerance).motion_check(tolerance)
 
     def definition(self) -> dict[str, Any]:
         model, tree = self.speed_model, self.robot.tree

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import is_
 from typing import Any
 
 import numpy as np
 
+from envs.collision.ball_motions import BallAmongBoxes
 from envs.collision.distance_fields import box_arrays, distance_to_boxes
 from envs.collision.fcl_model import Searcher
 from envs.collision.margin_search import least_among_boxes
@@ -32,6 +34,7 @@ class BoxWorld(PointWorld):
             raise InputError(f"robot_radius must be between 0 and 2, not {robot_radius}")
         super().__init__(robot_radius, SpeedModel(d_min=0.2, d_max=2.0))
         self.obstacles = self._boxes = list(boxes)
+        self._made_with = tuple(boxes)
         self._arrays = box_arrays(self._boxes)
 
     def clearance(self, q: Array) -> Array:
@@ -39,7 +42,17 @@ class BoxWorld(PointWorld):
         return distance_to_boxes(points, *self._arrays) - self.robot.radius
 
     @property
-    def searcher(self) -> Searcher:
+    def _are_all(self) -> bool:
+        """Whether its boxes are all obstacles: a subclass may have put others in `obstacles`, which
+        alone counts for proofs."""
+        return len(self.obstacles) == len(self._made_with) and all(
+            map(is_, self.obstacles, self._made_with)
+        )
+
+    @property
+    def searcher(self) -> Searcher | None:
+        if not self._are_all:
+            return super().searcher
         boxes, radius = self._arrays, self.robot.radius
 
         def search(
@@ -54,6 +67,11 @@ class BoxWorld(PointWorld):
             return least_among_boxes(path, bounds, boxes, radius, tolerance, most, near, asked)
 
         return search
+
+    def motion_check(self, tolerance: float) -> Any:
+        if not self._are_all:
+            return super().motion_check(tolerance)
+        return BallAmongBoxes(*self._arrays, self.robot.radius, tolerance)
 
     def boxes_definition(self) -> list[list[float]]:
         """Centres and sides, for `definition`."""

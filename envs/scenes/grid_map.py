@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.collision.ball_motions import BallAmongCells
 from envs.collision.occupancy import CellDistances, covering_boxes
 from envs.collision.shapes import Box
 from envs.errors import InputError, tell_once
@@ -183,6 +184,10 @@ class GridMap(PointWorld):
     def clearance(self, q: Array) -> Array:
         there = (self.configurations(q) - self._origin) / self._side
         return self._side * self._distances(there) - self.robot.radius
+
+    def motion_check(self, tolerance: float) -> BallAmongCells:
+        known = self._distances.occupied, self._origin, self._side, self.robot.radius
+        return BallAmongCells(*known, tolerance)
 
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         """See `Environment.sample_problems`. Where a file has the problems, they are the same of

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from envs.collision.ball_motions import BallAmongShapes
+from envs.collision.separation import shapes_of
 from envs.environment import Environment
 from envs.free_space import GridComponents, connected_problems
 from envs.problem import Problem
@@ -83,6 +85,10 @@ class PointWorld(Environment):
     def explored(self) -> GridComponents:
         """The connected components of free space."""
         return GridComponents(self.clearance, self.lower, self.upper)
+
+    def motion_check(self, tolerance: float) -> Any:
+        ball, around = shapes_of(self.robot.shapes), shapes_of(self.obstacles)
+        return BallAmongShapes(ball, around, tolerance)
 
     def point_definition(self) -> dict[str, Any]:
         """The part of `definition` that these worlds share."""

@@ -12,10 +12,13 @@ from numpy.typing import NDArray
 from envs.collision import continuous
 from envs.collision.fcl_model import Allowed, CollisionModel
 from envs.collision.mesh import Containment
+from envs.collision.separation import shapes_of
 from envs.collision.shapes import PlacedShape
+from envs.compiled_space import space_arrays
 from envs.connection import is_connected
 from envs.environment import Environment
 from envs.problem import Array
+from envs.robots.body_motion_check import BodyMotionCheck
 from envs.robots.rigid_body import RigidBody
 from envs.scenes.sampled_problems import SampledEnds, SampledProblems
 from envs.seeding import stream
@@ -156,6 +159,16 @@ class RigidBodyWorld(SampledProblems):
             starts = [path[0] for path, proved in zip(paths, free, strict=True) if proved]
             free[free] = self.allowed(np.array(starts))
         return free
+
+    def motion_check(self, tolerance: float) -> BodyMotionCheck:
+        return BodyMotionCheck(
+            space_arrays(self.space),
+            shapes_of(self.robot.parts),
+            shapes_of(self.obstacles),
+            self.robot.radius,
+            self.robot.placement.positions(self.lower[None])[0],
+            tolerance,
+        )
 
     @cached_property
     def allowed(self) -> Allowed | None:

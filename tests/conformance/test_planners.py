@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 import pytest
+from counted_checks import counted_checks
 from shipped import set_up
 
 import planners
 from bench.judging.judge import Judge
 from bench.storage.record import Verdict
 from envs import Environment, Problem
-from envs.collision.fcl_model import CollisionModel
 from planners import Budget, Planner, PlannerResult, Status
 from planners.baselines import StraightLine
 
@@ -54,17 +52,7 @@ def test_it_solves_what_it_claims_to_solve(
 def test_it_counts_the_collision_checks_that_it_makes(
     planner: Planner, c3d: Environment, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[object] = []
-
-    def counted(real: Callable[..., Any]) -> Callable[..., Any]:
-        def ask(model: CollisionModel, q: object, *most: float) -> Any:
-            asked.append(q)
-            return real(model, q, *most)
-
-        return ask
-
-    for name in ("is_valid", "clearance"):
-        monkeypatch.setattr(CollisionModel, name, counted(getattr(CollisionModel, name)))
+    asked = counted_checks(monkeypatch)
     [problem] = c3d.sample_problems(1, 9)
     told = planner.solve(problem, Budget(perf_counter() + 5)).stats.get("collision_checks")
     assert told == (len(asked) if asked else None)

@@ -12,6 +12,7 @@ import envs
 from envs import Environment
 from envs.collision.continuous import UndecidedError
 from envs.collision.fcl_model import CollisionModel
+from envs.collision.shapes import Box
 from envs.problem import Array
 
 
@@ -109,3 +110,24 @@ def test_few_queries_decide_as_much(most: int) -> None:
     model, alone = env.collision_model(), without_searcher(env)
     for path in paths(env, 30, seed=6):
         assert decided(model, path, most) == decided(alone, path, most)
+
+
+@pytest.mark.parametrize("how", ["assigned", "appended", "taken away"])
+def test_obstacles_that_a_subclass_changes_count(how: str) -> None:
+    """The boxes that `BoxWorld` was made with are in arrays for quick searches and proofs."""
+    env = envs.make("box:robot_radius=0.05")
+    wall = Box(np.array([0.0, 8.0, 0.0]), np.array([1.0, 2.0, 20.0]))
+    if how == "assigned":
+        env.obstacles = [*env.obstacles, wall]  # type: ignore[misc]
+    elif how == "appended":
+        env.obstacles.append(wall)  # type: ignore[attr-defined]
+    else:
+        env.obstacles = [wall]  # type: ignore[misc]
+    model, planners_model = env.collision_model(), env.collision_model(env.planning_tolerance)
+    through = np.array([[-6.0, 8.0, 0.0], [6.0, 8.0, 0.0]])
+    middle = through - [0.0, 8.0, 0.0]
+    is_box_there = how != "taken away"
+    assert model.min_clearance(through) <= 0
+    assert not planners_model.segment_is_free(*through)
+    assert (model.min_clearance(middle) <= 0) == is_box_there
+    assert planners_model.segment_is_free(*middle) != is_box_there

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 import pytest
 import torch
+from counted_checks import counted_checks
 from hypothesis import given
 from hypothesis import strategies as st
 
 from envs import Environment, Problem
-from envs.collision.fcl_model import CollisionModel
 from envs.scenes import cluttered
 from envs.scenes.cluttered import Cluttered3D
 from envs.seeding import TEST_SEEDS
@@ -259,13 +257,7 @@ def test_checks_are_those_of_both_planners(
     planner = ready(c3d, net, f"{fallback}:resolution=30" if fallback == "fmm" else fallback)
     problem = blocked(c3d)
     monkeypatch.setattr(Expander, "next", lambda self, current, *others: current)
-    asked = []
-
-    def counted(real: Callable[..., Any]) -> Callable[..., Any]:
-        return lambda model, q, *most: asked.append(q) or real(model, q, *most)
-
-    for name in ("is_valid", "clearance"):
-        monkeypatch.setattr(CollisionModel, name, counted(getattr(CollisionModel, name)))
+    asked = counted_checks(monkeypatch)
     result = planner.solve(problem, Budget(perf_counter() + 5))
     assert result.stats.get("fallbacks") == 1
     assert result.stats.get("collision_checks") == (len(asked) if told else None)
