@@ -40,7 +40,7 @@ def _ompl(
         {"algorithm": algorithm},
         aliases=aliases,
         groups=groups,
-        version=2,  # 1 had Python looked for overrides at each of OMPL's virtual calls
+        version=3,  # 2 asked FCL about motions of points and rigid bodies, from Python
         not_repeatable=not_repeatable,
         colour=colour,
     )
@@ -88,6 +88,16 @@ REGISTRY: Registry[Planner] = Registry(
         _ompl("rrtstar", "RRTstar", "RRT*", ("rrt*",), ("paper",), colour="tab:cyan"),
         _ompl("lazyprmstar", "LazyPRMstar", "LazyPRM*", ("lazyprm*",), ("paper",), colour="gold"),
         _ompl("rrtconnect", "RRTConnect", "RRT-Connect, first solution only"),
+        Spec(
+            "rrtconnect-fast",
+            "planners.compiled.rrt_connect:CompiledRrtConnect",
+            "compiled RRT-Connect with proofs of motions, first solution only",
+        ),
+        Spec(
+            "aorrtc",
+            "planners.compiled.aorrtc:Aorrtc",
+            "compiled RRT-Connect, repeated for ever shorter paths (AORRTC)",
+        ),
         Spec(
             "mpnet-hybrid",
             "planners.mpnet.planner:MpnetPlanner",
