@@ -118,6 +118,29 @@ def _length_over_known(
     return env.space.length(path) / known if known else None
 
 
+def _callback_share(
+    env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
+) -> float | None:
+    """What a planner says of it; another one's time is all its own, as far as anybody knows."""
+    spent = attempt.stats.get("callback_s")
+    if isinstance(spent, bool) or not isinstance(spent, int | float) or not attempt.solve_s:
+        return None
+    share = 100 * spent / attempt.solve_s
+    return share if 0 <= share <= 100 else None
+
+
+def _simplified_length(
+    env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
+) -> float | None:
+    return None if attempt.simplified is None else env.space.length(attempt.simplified.path)
+
+
+def _simplify_time(
+    env: Environment, problem: Problem, path: Array, attempt: SolvedAttempt
+) -> float | None:
+    return None if attempt.simplified is None else attempt.simplified.seconds
+
+
 SHORT = {"safety_margin": "margin", "time_s": "time"}
 """Names of metrics on the command line and in baselines that are shorter than the metrics' own."""
 
@@ -139,6 +162,16 @@ METRICS = (
     Metric(
         *("length_over_known", "length / known", "", 3, LOWER, _length_over_known),
     ),
+    Metric(
+        *("callback_share", "callback", "%", 0, LOWER, _callback_share),
+        effect=DIFFERENCE,
+        timed=True,
+    ),
+    Metric(
+        *("simplified_length", "simplified length", CONFIGURATION_UNIT, 2, LOWER),
+        _simplified_length,
+    ),
+    Metric("simplify_s", "simplify", "s", 3, LOWER, _simplify_time, timed=True),
 )
 """This program's own."""
 

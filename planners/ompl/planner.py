@@ -16,7 +16,7 @@ from planners.base import Budget, Planner, PlannerResult, Status
 from planners.ompl import parameters
 from planners.ompl.parameters import set_parameters
 from planners.ompl.state_space import StateSpace, unit_square
-from planners.ompl.validity import Progress, Validity
+from planners.ompl.validity import CERTIFIED, Progress, validity_by
 
 _ROADMAPS = ("PRMstar", "LazyPRMstar")
 
@@ -53,10 +53,15 @@ class OmplPlanner(Planner):
     States are checked by the environment's FCL model and motions by its certified segment check,
     so that no path is lost to a resolution that the planner never chose. A planner that tests
     states along an edge itself gets a state check with a margin that closes the gaps between
-    them. The objective is path length; planning stops at the budget's cost.
+    them. The objective is path length; planning stops at the budget's cost. With
+    `validator=sampled` motions are checked as OMPL does by default, by states along them.
 
     Args:
         algorithm: the class in `ompl.geometric`.
+        validator: "certified", or "sampled", which proves nothing: the judge may refuse what this
+            planner takes for valid.
+        resolution: the longest gap between the states that are sampled, as a share of the extent of
+            the space: above 0, at most 1; 0.01, as OMPL has it, by default.
         simplify: shorten and smooth the path with OMPL's PathSimplifier, on the clock.
         roadmap_s: at most so many seconds of growing a roadmap offline, no more than a day. PRM*
             keeps it, and lets it grow, from problem to problem; LazyPRM*, whose later edges are
@@ -74,6 +79,8 @@ class OmplPlanner(Planner):
         self,
         algorithm: str,
         *,
+        validator: str = CERTIFIED,
+        resolution: float | None = None,
         simplify: bool = False,
         roadmap_s: float | None = None,
         **parameters: Any,
@@ -82,6 +89,7 @@ class OmplPlanner(Planner):
             raise InputError(f"roadmap_s must be between 0 and {_MOST_ROADMAP_S}, not {roadmap_s}")
         if roadmap_s and algorithm not in _ROADMAPS:
             raise InputError(f"{algorithm} keeps no roadmap; roadmap_s is for PRM* and LazyPRM*")
+        self._validity_of = validity_by(validator, resolution, algorithm)
         self.improves = algorithm not in _FIRST_SOLUTION_ONLY
         self._algorithm = algorithm
         self._simplify = simplify
@@ -98,7 +106,7 @@ class OmplPlanner(Planner):
         self._model = env.collision_model(env.planning_tolerance)
         self._si = self._space.information()
         self._progress = Progress()
-        self._validity = Validity(
+        self._validity = self._validity_of(
             self._si, self._space, env, self._model, self._algorithm, self._progress
         )
         self._si.setup()
@@ -136,7 +144,7 @@ class OmplPlanner(Planner):
             for j in list(neighbours):
                 if perf_counter() > end:
                     break
-                if j > i and not self._model.segment_is_free(state, states[j]):
+                if j > i and not self._validity.of_edge(state, states[j]):
                     data.removeEdge(i, j)
                     data.removeEdge(j, i)
         data.computeEdgeWeights(self._objective)
@@ -150,7 +158,7 @@ class OmplPlanner(Planner):
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         _, geometric, util = parameters.load()
-        checks = self._model.checks
+        checks, callbacks = self._model.checks, self._validity.seconds
         if self._roadmap is not None:
             util.RNG.setSeed(problem.seed)
             planner = self._with_parameters(geometric.LazyPRMstar(self._roadmap))
@@ -167,6 +175,7 @@ class OmplPlanner(Planner):
             geometric.PathSimplifier(self._si).simplify(path, self._usable(budget))
         stats = {
             "collision_checks": self._model.checks - checks,
+            "callback_s": self._validity.seconds - callbacks,
             "cost_history": self._progress.history,
         }
         if path is None:
@@ -228,7 +237,12 @@ class OmplPlanner(Planner):
 
     def _with_parameters(self, planner: Any) -> Any:
         _, _, util = parameters.load()
-        own = ["simplify", *(["roadmap_s"] if self._algorithm in _ROADMAPS else [])]
+        own = [
+            "simplify",
+            "validator",
+            "resolution",
+            *(["roadmap_s"] if self._algorithm in _ROADMAPS else []),
+        ]
         set_parameters(planner, self._algorithm, self._parameters, own, util.vectorString())
         return planner
 

@@ -6,11 +6,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from time import perf_counter
 from typing import Any
 
-from envs import Environment
+from envs import Environment, InputError
 from envs.collision.fcl_model import CollisionModel
+from envs.errors import suggestion
+from envs.problem import Array
 from planners.ompl import parameters
 from planners.ompl.state_space import StateSpace
 
@@ -27,6 +30,10 @@ _MOST_MARGIN = 0.05
 margin would be more than this share of the distance at which the speed begins to fall."""
 
 
+_OMPL_RESOLUTION = 0.01
+"""OMPL's default: the longest gap between states along a motion, as a share of the extent."""
+
+
 class Validity:
     """States by an environment's FCL model, motions by its certified segment check.
 
@@ -38,6 +45,9 @@ class Validity:
             keep this object as long as that one.
         space: its states'.
         progress: is told of every question.
+
+    Attributes:
+        seconds: that all answers took, in Python.
     """
 
     def __init__(
@@ -56,14 +66,20 @@ class Validity:
         self._margin = 0.0
         self._ends_iterations = algorithm in _LONG_ITERATIONS
         self._deadline = math.inf
+        self.seconds = 0.0
+        self._state_checker = base.StateValidityCheckerFn(self.of_state)
+        si.setStateValidityChecker(self._state_checker)
+        self._check_motions(si, space, env, algorithm)
+
+    def _check_motions(self, si: Any, space: StateSpace, env: Environment, algorithm: str) -> None:
+        """Has OMPL ask here about motions, too."""
         if algorithm in _SAMPLES_EDGES:
             extent, rate = space.ompl.getMaximumExtent(), env.robot.rate_bound
             gap = min(_SEGMENT_SHARE * extent, _MOST_MARGIN * env.speed_model.d_max / rate)
             si.setStateValidityCheckingResolution(gap / extent)
-            self._margin = gap * rate + model.tolerance
-        self._asked = base.StateValidityCheckerFn(self.of_state), _motion_validator(si, self)
-        si.setStateValidityChecker(self._asked[0])
-        si.setMotionValidator(self._asked[1])
+            self._margin = gap * rate + self._model.tolerance
+        self._motion_validator = _motion_validator(si, self)
+        si.setMotionValidator(self._motion_validator)
 
     def stop_at(self, deadline: float) -> None:
         """When the planner's time is over, on `time.perf_counter`."""
@@ -71,19 +87,73 @@ class Validity:
 
     def of_state(self, state: Any) -> bool:
         """Whether a state of OMPL's touches nothing, by the margin where there is one."""
-        self._progress.tick()
+        begin = perf_counter()
+        self._progress.tick(begin)
         q = self._values(state)
-        if self._margin:
-            return self._model.keeps(q, self._margin)
-        return self._model.may_plan_at(q)
+        free = self._model.keeps(q, self._margin) if self._margin else self._model.may_plan_at(q)
+        self.seconds += perf_counter() - begin
+        return free
 
     def of_motion(self, a: Any, b: Any) -> bool:
         """Whether the shortest motion between two states of OMPL's, one of which it has found to be
         valid, is proved free."""
-        self._progress.tick()
-        if self._ends_iterations and perf_counter() > self._deadline:
+        begin = perf_counter()
+        self._progress.tick(begin)
+        if self._ends_iterations and begin > self._deadline:
             return False
-        return self._model.stays_free(self._values(a), self._values(b))
+        free = self._model.stays_free(self._values(a), self._values(b))
+        self.seconds += perf_counter() - begin
+        return free
+
+    def of_edge(self, a: Array, b: Array) -> bool:
+        """As `of_motion`, of configurations (d,) neither of which need be valid."""
+        return self._model.segment_is_free(a, b)
+
+
+class SampledValidity(Validity):
+    """States by the same model, and motions by states along them, as OMPL itself has it: nothing is
+    proved, and what is thin may be missed. For measuring what proofs cost, and what goes without.
+
+    Args:
+        resolution: the longest gap between states, as a share of the extent of the space.
+    """
+
+    def __init__(self, *of_validity: Any, resolution: float) -> None:
+        self._resolution = resolution
+        super().__init__(*of_validity)
+
+    def _check_motions(self, si: Any, space: StateSpace, env: Environment, algorithm: str) -> None:
+        si.setStateValidityCheckingResolution(self._resolution)
+        self._si, self._space = si, space
+
+    def of_edge(self, a: Array, b: Array) -> bool:
+        start, end = self._space.state(a), self._space.state(b)  # which own what they give
+        return bool(self._si.isValid(start()) and self._si.checkMotion(start(), end()))
+
+
+CERTIFIED, SAMPLED = "certified", "sampled"
+"""How motions are checked."""
+
+
+def validity_by(
+    validator: str, resolution: float | None, algorithm: str
+) -> Callable[..., Validity]:
+    """The class to make a planner's validity of, for a validator by name, with the resolution.
+
+    Raises:
+        InputError: there is none of that name, or it does not take that resolution.
+    """
+    if validator not in (CERTIFIED, SAMPLED):
+        near = suggestion(validator, (CERTIFIED, SAMPLED))
+        raise InputError(f"{algorithm}: unknown validator {validator!r}; {near}")
+    if validator == CERTIFIED:
+        if resolution is not None:
+            raise InputError(f"{algorithm}: resolution is for validator=sampled; proofs have none")
+        return Validity
+    share = _OMPL_RESOLUTION if resolution is None else resolution
+    if not 0 < share <= 1:
+        raise InputError(f"{algorithm}: resolution must be above 0 and at most 1, not {share:g}")
+    return partial(SampledValidity, resolution=share)
 
 
 def _motion_validator(si: Any, validity: Validity) -> Any:
@@ -132,9 +202,9 @@ class Progress:
         after `time`, on `time.perf_counter`."""
         self._action, self._action_at = action, time
 
-    def tick(self) -> None:
-        """Notes an improvement, at most every hundredth of a second."""
-        now = perf_counter()
+    def tick(self, now: float) -> None:
+        """Notes an improvement, at most every hundredth of a second; `now` is of
+        `time.perf_counter`."""
         if now >= self._next:
             self._note()
         if self._action is not None and now >= self._action_at:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ import trimesh
 import envs
 import planners
 from envs import Environment, InputError, Problem
+from envs.collision.shapes import Box
+from envs.scenes.boxes import BoxWorld
 from planners import Budget, PlannerResult, Status
 from planners.ompl import parameters
 from planners.ompl.planner import OmplPlanner
@@ -191,6 +194,12 @@ def test_parameters_reach_the_planner(c3d: Environment) -> None:
         ("fmt:num_samples=99999999999999999999", "refuses num_samples"),
         ("prmstar:roadmap_s=-1", "between 0 and 86400"),
         ("prmstar:roadmap_s=inf", "between 0 and 86400"),
+        ("rrtstar:validator=sample", "did you mean 'sampled'"),
+        ("rrtstar:resolution=0.1", "resolution is for validator=sampled"),
+        ("rrtstar:validator=sampled,resolution=0", "above 0 and at most 1, not 0"),
+        ("rrtstar:validator=sampled,resolution=nan", "not of type float"),
+        ("rrtstar:validator=sampled,resolution=2", "above 0 and at most 1, not 2"),
+        ("rrtstar:valdator=sampled", "did you mean 'validator'"),
     ],
 )
 def test_misspelt_parameters_are_errors(text: str, said: str) -> None:
@@ -216,3 +225,47 @@ def test_processes_that_used_ompl_exit_with_0() -> None:
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == ""
+
+
+class ThinWalls(BoxWorld):
+    """Twenty walls, each a thousandth of the cube, that leave no way but around."""
+
+    min_clearance = 0.2
+    kind_of_problems, advice = "thin walls", ""
+
+    def __init__(self) -> None:
+        places = np.linspace(-8, 8, 20)
+        walls = [Box(np.array([x, -1.0, 0.0]), np.array([0.02, 18.0, 20.0])) for x in places]
+        super().__init__(walls, 0.01)
+
+    def definition(self) -> dict[str, Any]:
+        return {"class": "ThinWalls"}
+
+
+@pytest.mark.parametrize("name", ["rrtconnect", "lazyprmstar", "bitstar", "eitstar"])
+def test_states_along_motions_miss_thin_walls_which_proofs_do_not(name: str) -> None:
+    env = ThinWalls()
+    problem = Problem(np.array([-9.0, 0.0, 0.0]), np.array([9.0, 0.0, 0.0]), 0, 5)
+    judge = env.collision_model()
+    sampled = solve(env, problem, f"{name}:validator=sampled,resolution=0.2", math.inf, 5)
+    assert sampled.status is Status.EXACT_SOLUTION
+    assert judge.min_clearance(np.asarray(sampled.path)) <= 0
+    proved = solve(env, problem, name, math.inf, 5)
+    if proved.status is Status.EXACT_SOLUTION:
+        assert judge.min_clearance(np.asarray(proved.path)) > judge.tolerance
+
+
+def test_the_resolution_is_a_share_of_the_extent() -> None:
+    """A motion over a tenth of the extent is asked at as many states as its gaps make."""
+    env = ThinWalls()
+    asked = []
+    for share in (0.05, 0.01, 0.002):
+        planner = planners.make(f"rrtconnect:validator=sampled,resolution={share}")
+        assert isinstance(planner, OmplPlanner)
+        planner.setup(env, seed=1)
+        low, high = np.array([-9.0, 9.5, 0.0]), np.array([9.0, 9.5, 0.0])
+        high = low + (high - low) * 0.1 * env.space.extent / 18.0
+        before = planner._model.checks
+        assert planner._validity.of_edge(low, high)
+        asked.append(planner._model.checks - before)
+    assert asked == pytest.approx([2, 10, 50], abs=2)
