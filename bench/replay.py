@@ -191,6 +191,7 @@ def _config(
         train=False,
         device=checked_device(settings.get("device", CPU)),
         keep_invalid="invalid_problems" in settings,
+        simplify_s=settings.get("simplify_s", 0.0),
     )
     if config.settings != settings:
         old = settings["rules"]
@@ -220,7 +221,7 @@ def _attempted(config: RunConfig, repeat: int, stop_cost: float) -> tuple[Mappin
     finally:
         supervised.stop()
     judge = Judge(problem_set.env)
-    judged = measurement.judged(judge, problem, attempt)
+    judged = measurement.judged(judge, problem, attempt, config.simplifier())
     contact = None if judged is None else judge.with_contact(judged, problem, attempt.path).contact
     known = {"run_id": "replay", "repeat": repeat, "measured_at": ""}
     record = asdict(supervised.record(problem, attempt, judged, **known))

@@ -18,6 +18,7 @@ from bench.execution.problem_choice import ProblemChoice, check_range
 from bench.execution.stop_rule import PAPER, StopRule, paper_rule
 from bench.judging.metrics import REGISTERED
 from bench.judging.problem_facts import UNKNOWN, ProblemFacts, problem_facts, share_blocked
+from bench.judging.simplification import Simplifier
 from bench.storage.problem_file import GivenProblems
 from envs import Environment, InputError, Problem, processors
 from envs.registry import Entry
@@ -44,6 +45,8 @@ class RunConfig:
         train: whether learned planners without weights are trained first.
         device: of PyTorch, for planners that take one and were not given another.
         keep_invalid: whether problems that are invalid as posed are attempted all the same.
+        simplify_s: how long each valid path is simplified, at most, beside what the planner did; 0
+            for not at all.
     """
 
     problem_sets: tuple[ProblemSet, ...]
@@ -57,11 +60,16 @@ class RunConfig:
     device: str = CPU
     repeats: int = 1
     keep_invalid: bool = False
+    simplify_s: float = 0.0
 
     @property
     def seed(self) -> int:
         """Of problems, planners and order."""
         return self.choice.seed
+
+    def simplifier(self) -> Simplifier | None:
+        """A new one, if paths are to be simplified."""
+        return Simplifier(self.simplify_s) if self.simplify_s else None
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -69,6 +77,7 @@ class RunConfig:
         # Only said of what is unusual: what was measured before there was a choice still counts.
         elsewhere = {} if self.device == CPU else {"device": self.device}
         kept = {"invalid_problems": "kept"} if self.keep_invalid else {}
+        simplified = {"simplify_s": self.simplify_s} if self.simplify_s else {}
         return {
             "rules": RULES,
             "time_limit_s": self.time_limit_s,
@@ -77,6 +86,7 @@ class RunConfig:
             "memory_limit_mb": self.memory_limit_mb,
             **elsewhere,
             **kept,
+            **simplified,
             **self.choice.settings,
         }
 
@@ -209,6 +219,7 @@ def make_run_config(
     device: str = CPU,
     repeats: int = 1,
     keep_invalid: bool = False,
+    simplify_s: float = 0.0,
     problem_file: Path | None = None,
 ) -> RunConfig:
     """Checks what was asked for.
@@ -224,6 +235,7 @@ def make_run_config(
     choice = ProblemChoice.checked(problems, seed, problem_file)
     check_range("--repeats", repeats, 1, 10_000)
     check_range("--time-limit", time_limit_s, 0.001, 86_400)
+    check_range("--simplify", simplify_s, 0, 3600)
     _check_jobs(jobs)
     checked_device(device)
     check_range("--memory-limit", memory_limit_mb, 256, 2**24)
@@ -259,6 +271,7 @@ def make_run_config(
         device,
         repeats,
         keep_invalid,
+        simplify_s,
     )
 
 

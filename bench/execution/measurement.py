@@ -15,6 +15,7 @@ from bench.execution.worker_process import Attempt
 from bench.judging.judge import Judge, Judgement
 from bench.judging.metric import Metric, SolvedAttempt, measure
 from bench.judging.metrics import REGISTERED
+from bench.judging.simplification import Simplifier
 from bench.storage.record import (
     KEY,
     OF_ANY_PATH,
@@ -34,12 +35,15 @@ _SOME = 100
 """Rows after which what was computed is stored."""
 
 
-def judged(judge: Judge, problem: Problem, attempt: Attempt) -> Judgement | None:
+def judged(
+    judge: Judge, problem: Problem, attempt: Attempt, simplifier: Simplifier | None = None
+) -> Judgement | None:
     """What the judge finds of an attempt, with the metrics of a valid path; None if it claims
     none."""
     if not attempt.claims:
         return None
-    return judged_path(judge, problem, attempt.path, attempt.solve_s, attempt.cpu_s, attempt.stats)
+    costs = attempt.solve_s, attempt.cpu_s, attempt.stats
+    return judged_path(judge, problem, attempt.path, *costs, simplifier)
 
 
 def judged_path(
@@ -49,17 +53,19 @@ def judged_path(
     solve_s: float | None = None,
     cpu_s: float | None = None,
     stats: Mapping[str, Any] = MappingProxyType({}),
+    simplifier: Simplifier | None = None,
 ) -> Judgement:
     """What the judge finds of a path, as whatever was claimed, with its metrics if it is valid."""
     found = judge(problem, path)
     if found.verdict is not Verdict.VALID or found.safety_margin is None:
         return found
     history = cost_history(json.dumps(dict(stats)))
-    facts = SolvedAttempt(solve_s, cpu_s, found.safety_margin, history, stats)
-    waypoints = Path(path).waypoints
-    return replace(
-        found, metrics=measure(REGISTERED, judge.scene_of(problem), problem, waypoints, facts)
-    )
+    waypoints, scene = Path(path).waypoints, judge.scene_of(problem)
+    simplified = None if simplifier is None else simplifier(scene, problem, waypoints)
+    if simplified is not None and judge(problem, simplified.path).verdict is not Verdict.VALID:
+        simplified = None
+    facts = SolvedAttempt(solve_s, cpu_s, found.safety_margin, history, stats, simplified)
+    return replace(found, metrics=measure(REGISTERED, scene, problem, waypoints, facts))
 
 
 def stored_metrics(judgement: Judgement | None) -> str:

@@ -13,10 +13,9 @@ from bench.execution import measurement, weights_manager
 from bench.execution.attempt_journal import Underway
 from bench.execution.config import ProblemSet, RunConfig, on_device, repeated
 from bench.execution.planner_queries import minutes_of_training
-from bench.execution.session import BLOCK, Costs, Progress, Session, Slots, now
+from bench.execution.session import BLOCK, Costs, Progress, Session, Slot, Slots, now
 from bench.execution.supervised_planner import SupervisedPlanner
 from bench.execution.worker_process import Attempt
-from bench.judging.judge import Judge
 from bench.storage.record import Fault, Record
 from bench.storage.store import Store
 from envs import Problem
@@ -187,7 +186,7 @@ class _Stage:
         at_once = min(self._config.jobs, len(supervised_planners))
         if not at_once:
             return
-        self._slots = Slots(self._problem_set, self._config.jobs, at_once)
+        self._slots = Slots(self._problem_set, self._config, at_once)
         pool = ThreadPoolExecutor(at_once)
         try:
             for number, begin in enumerate(range(0, len(self._problems), BLOCK)):
@@ -234,7 +233,7 @@ class _Stage:
                 if supervised.stopped:
                     return  # the run is being interrupted: what came back is not a result
                 with self._underway.judging(*key):
-                    record = self._judged(slot.judge, supervised, asked, repeat, attempt)
+                    record = self._judged(slot, supervised, asked, repeat, attempt)
                     self._store.put(record)
                 progress.add(record)
 
@@ -253,14 +252,14 @@ class _Stage:
 
     def _judged(
         self,
-        judge: Judge,
+        slot: Slot,
         supervised: SupervisedPlanner,
         problem: Problem,
         repeat: int,
         attempt: Attempt,
     ) -> Record:
         begin = monotonic()
-        judged = measurement.judged(judge, problem, attempt)
+        judged = measurement.judged(slot.judge, problem, attempt, slot.simplifier)
         spent = monotonic() - begin
         self._session.add(Costs(attempts=1, solve_s=attempt.solve_s or 0.0, judge_s=spent))
         run_id = self._session.run_id

@@ -23,6 +23,7 @@ import planners.learning.learned_planner
 from bench.execution import machine
 from bench.execution.config import ProblemSet, RunConfig
 from bench.judging.judge import Judge
+from bench.judging.simplification import Simplifier
 from bench.storage.record import Record, Verdict
 from envs.errors import printable
 
@@ -198,26 +199,29 @@ class Slot:
 
     Attributes:
         cpus: logical processors; empty for any.
+        simplifier: where paths are to be simplified.
     """
 
     cpus: tuple[int, ...]
     judge: Judge
+    simplifier: Simplifier | None
 
 
 class Slots:
     """The slots of a problem set.
 
     Args:
-        jobs: planners at a time, among whom the machine is divided.
+        config: how many planners plan at a time, among whom the machine is divided; and whether
+            paths are simplified.
         used: as many of their slots as will ever be taken at once.
     """
 
-    def __init__(self, problem_set: ProblemSet, jobs: int, used: int) -> None:
+    def __init__(self, problem_set: ProblemSet, config: RunConfig, used: int) -> None:
         self._free: SimpleQueue[Slot] = SimpleQueue()
         worlds = [problem_set.env, *(problem_set.entry.make() for _ in range(used - 1))]
         # Not all of `jobs`: making a world may take seconds.
-        for cpus, world in zip(machine.shares(jobs), worlds, strict=False):
-            self._free.put(Slot(cpus, Judge(world)))
+        for cpus, world in zip(machine.shares(config.jobs), worlds, strict=False):
+            self._free.put(Slot(cpus, Judge(world), config.simplifier()))
 
     @contextmanager
     def taken(self) -> Iterator[Slot]:

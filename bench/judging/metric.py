@@ -27,6 +27,19 @@ _MOST_DIGITS = 12
 
 
 @dataclass(frozen=True)
+class Simplified:
+    """A path that was simplified.
+
+    Attributes:
+        path: (k, d).
+        seconds: that it took.
+    """
+
+    path: Array
+    seconds: float
+
+
+@dataclass(frozen=True)
 class SolvedAttempt:
     """What is known of an attempt besides its path, which was judged to be valid.
 
@@ -37,6 +50,7 @@ class SolvedAttempt:
         cost_history: float64 (n, 2), in order of time: seconds since the start of `solve`, and the
             length of the best path so far. Empty if the planner keeps none.
         stats: what else the planner said, by name.
+        simplified: the path after `--simplify`, if that was asked for and the judge takes it.
     """
 
     solve_s: float | None
@@ -44,6 +58,7 @@ class SolvedAttempt:
     safety_margin: float
     cost_history: Array
     stats: Mapping[str, Any] = field(default_factory=dict)
+    simplified: Simplified | None = None
 
 
 Compute = Callable[[Environment, Problem, Array, SolvedAttempt], float | None]

@@ -20,6 +20,7 @@ import envs
 from bench.analysis.run_results import RunResults
 from bench.execution import launch
 from bench.execution import runner as bench_runner
+from bench.execution import session as bench_session
 from bench.execution.process_group import CAN_PAUSE
 from bench.judging import judge as bench_judge
 from bench.storage import record as bench_record
@@ -184,7 +185,7 @@ def _until(holds: Callable[[], bool]) -> None:
 
 CHANGES = {
     "the judge": "import bench.judging.judge\nbench.judging.judge.Judge.__call__ = lambda *a: None",
-    "its module": "import bench.execution.runner\nbench.execution.runner.Judge = object",
+    "its module": "import bench.execution.session\nbench.execution.session.Judge = object",
     "its code": "from bench.judging.judge import Judge\n"
     "def f(self, problem, path): pass\nJudge.__call__.__code__ = f.__code__",
     "a constant": "import bench.storage.record\nbench.storage.record.LATE = 'VALID'",
@@ -220,7 +221,7 @@ def test_no_package_with_environments_changes_the_benchmark(
         (bench_judge.Judge, "__call__"),
         (bench_judge.Judge.__call__, "__code__"),
         (bench_record, "LATE"),
-        (bench_runner, "Judge"),
+        (bench_session, "Judge"),
         (bench_runner, "monotonic"),
         (Cluttered3D, "clearance"),
     ):
