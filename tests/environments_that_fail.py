@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from envs import Environment, Problem, Spec
+from envs.collision.ball_motions import BallAmongBoxes
+from envs.collision.distance_fields import box_arrays
 from envs.collision.shapes import Box
 from envs.problem import Array
 from envs.robots.point import PointRobot
@@ -85,6 +87,21 @@ class ForgetsAWall(Faultless):
             q = super().free(rng)
             if q[0] < 7:
                 return q
+
+
+class ProvesTooMuch(Faultless):
+    """Its compiled proofs forget a wall."""
+
+    def motion_check(self, tolerance: float) -> Any:
+        return BallAmongBoxes(*box_arrays(self._boxes[:1]), self.robot.radius, tolerance)
+
+
+class SearchesTooLittle(Faultless):
+    """The judge's search forgets a wall."""
+
+    @property
+    def searcher(self) -> Any:
+        return Faultless(1).searcher
 
 
 class Raises(Faultless):

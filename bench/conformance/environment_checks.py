@@ -72,6 +72,12 @@ ENVIRONMENT_CHECKS = (
         rules.motion,
     ),
     Check(
+        "proofs",
+        "proves no motion free on which its collision model finds contact",
+        "planners and judge take motions by these proofs, not state by state",
+        rules.proofs,
+    ),
+    Check(
         "problems",
         "makes the same problems of the same seed, others of another, with ends that are free",
         "results are compared problem by problem; one whose ends are not valid counts for nobody",

@@ -21,6 +21,8 @@ PROBLEMS = 25
 """That are asked for, or all of a list that has fewer."""
 
 _SCENES = 3  # where problems have scenes of their own
+_LONG_MOTIONS = 40  # of which proofs are asked, in each scene
+_PLACES = 60  # along each
 _FARTHEST = 0.05  # of the way from one configuration to another, for short motions
 
 
@@ -85,6 +87,22 @@ class SceneEvidence:
         """The robot's (n,), of `motions`."""
         bound = self.env.robot.motion_bound
         return np.array([bound(a, b) for a, b in zip(*self.motions, strict=True)])
+
+    @cached_property
+    def long_motions(self) -> tuple[Array, Array]:
+        """Both ends (n, d) of motions that begin where the collision model finds no contact."""
+        begin = self.q[self.valid][:_LONG_MOTIONS]
+        share = np.random.default_rng([self.seed, 4]).uniform(0, 1, len(begin))
+        end = self._drawn(5)[: len(begin)]
+        return begin, self.env.space.interpolate(begin, end, share)
+
+    def touched_between(self, a: Array, b: Array) -> Array | None:
+        """A place (d,) on the motion from a to b (d,) at which the collision model finds contact;
+        None if there is none among many."""
+        share = np.linspace(0, 1, _PLACES)
+        begin, end = (np.repeat(q[None], _PLACES, axis=0) for q in (a, b))
+        places = self.env.space.interpolate(begin, end, share)
+        return next((place for place in places if not self.model.is_valid(place)), None)
 
     def clearances_at(self, q: Array) -> Array:
         """The environment's own (n,), at configurations (n, d).

@@ -144,6 +144,29 @@ def motion(scene: SceneEvidence) -> list[str]:
     return found
 
 
+@_in_each_scene
+def proofs(scene: SceneEvidence) -> list[str]:
+    env, (begins, ends) = scene.env, scene.long_motions
+    planners_model = env.collision_model(env.planning_tolerance)
+    found = []
+    for a, b in zip(begins, ends, strict=True):
+        proved = [
+            name
+            for name, is_proved in (
+                ("planners'", planners_model.segment_is_free(a, b)),
+                ("the judge's", scene.model.min_clearance(np.array([a, b])) > env.tolerance),
+            )
+            if is_proved
+        ]
+        touched = scene.touched_between(a, b) if proved else None
+        if touched is not None:
+            found.append(
+                f"{' and '.join(proved)} proof takes the motion from {_at(a)} to {_at(b)}, and the "
+                f"collision model finds contact at {_at(touched)}"
+            )
+    return _few(found)
+
+
 def problems(evidence: EnvironmentEvidence) -> list[str]:
     env, made, seed = evidence.env, evidence.problems, evidence.seed
     count, is_list = evidence.problem_count, env.problem_count is not None
