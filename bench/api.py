@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from bench.analysis.audit import Audit, audit
 from bench.analysis.run_results import RunResults
 from bench.execution import runner
 from bench.execution.config import CPU, RunConfig, make_run_config
@@ -79,6 +80,18 @@ class Run:
         chosen = given[["env", "planner", "problem", "outcome"]].reset_index(drop=True)
         paths: pd.DataFrame = chosen.assign(path=[decode_path(path) for path in given["path"]])
         return paths
+
+    def audit(self) -> Audit:
+        """How many of the paths that planners claimed the judge refused for contact, how deep and
+        over how much of the path: `bench audit`.
+
+        Returns:
+            `Audit`, with the frames `summary` and `refused`.
+
+        Raises:
+            InputError: an environment is not what it was, or no planner claimed anything.
+        """
+        return audit(self.results)
 
     def write_paths(
         self,
@@ -204,6 +217,7 @@ def run(
     device: str = CPU,
     no_train: bool = False,
     keep_invalid: bool = False,
+    simplify: float = 0.0,
     out: str | Path | None = None,
     force: bool = False,
 ) -> Run:
@@ -228,6 +242,8 @@ def run(
         no_train: bool, whether learned planners without weights are left out instead of trained.
         keep_invalid: bool, whether problems whose start or goal the judge refuses are attempted and
             counted all the same.
+        simplify: float, seconds for which each valid path is simplified, at most, for the metrics
+            `simplified_length` and `simplify_s`; 0 for not at all.
         out: folder to store in (by default results/runs/ENV).
         force: bool, whether to measure again what it holds.
 
@@ -263,6 +279,7 @@ def run(
             train=not no_train,
             device=device,
             keep_invalid=keep_invalid,
+            simplify_s=simplify,
             problem_file=None if problem_file is None else Path(problem_file),
         )
         folder = Path("results/runs") / config.problem_sets[0].entry.spec.id

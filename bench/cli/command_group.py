@@ -37,7 +37,7 @@ class Commands(click.Group):
 
     sections: ClassVar[dict[str, tuple[str, ...]]] = {
         "Measure": ("run", "train", "paper"),
-        "Report": ("report", "compare", "check", "show", "field"),
+        "Report": ("report", "compare", "check", "audit", "show", "field"),
         "Try": ("list", "problems", "judge", "paths", "test-planner", "test-env", "replay"),
     }
 

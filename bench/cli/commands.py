@@ -14,6 +14,7 @@ import envs
 import planners
 from bench import api, conformance
 from bench import replay as replaying
+from bench.analysis import audit as auditing
 from bench.analysis import comparison, regression, summary
 from bench.analysis.run_results import RunResults
 from bench.cli.terminal import note, tell, tell_tables
@@ -27,6 +28,8 @@ from envs.seeding import TEST_SEEDS
 
 DONE, REGRESSION, NOTHING_MEASURED = 0, 1, 3
 FAILED = DIFFERENT = 1
+
+_AUDITED_MEMORY_MB = 4096
 
 _SPREADS = {"deviation": "std", "variance": "var"}
 
@@ -46,6 +49,7 @@ def run(chosen: SimpleNamespace) -> int:
         train=not chosen.no_train,
         device=chosen.device,
         keep_invalid=chosen.keep_invalid,
+        simplify_s=chosen.simplify,
         problem_file=chosen.problem_file,
     )
     folder: Path = chosen.out or Path("results/runs") / config.problem_sets[0].entry.spec.id
@@ -81,6 +85,40 @@ def report(chosen: SimpleNamespace) -> int:
         writers.write(run, chosen.out or run.folders[0], formats)
         tell_tables(markdown.text(run), wide=chosen.wide)
     return DONE
+
+
+def audit(chosen: SimpleNamespace) -> int:
+    """`bench audit`."""
+    from bench.report import audit_report  # takes a second, which only this command needs
+
+    run = _run_to_audit(chosen)
+    found = auditing.audit(run)
+    folder: Path = chosen.out or run.folders[0]
+    written = audit_report.write(run, found, folder)
+    tell_tables(audit_report.text(run, found), wide=chosen.wide)
+    note(f"{folder}: {', '.join(written)}")
+    return DONE
+
+
+def _run_to_audit(chosen: SimpleNamespace) -> RunResults:
+    """The runs of some folders, or one that is made first."""
+    if bool(chosen.dirs) == bool(chosen.env) or bool(chosen.env) != bool(chosen.planners):
+        raise InputError("name folders of runs, or --env and --planners to run first")
+    if chosen.dirs:
+        return RunResults.joined([RunResults.read(folder) for folder in chosen.dirs])
+    config = make_run_config(
+        env=chosen.env,
+        planner=chosen.planners,
+        problems=chosen.problems,
+        seed=chosen.seed,
+        time_limit_s=chosen.time_limit,
+        stop="first",
+        jobs=chosen.jobs,
+        memory_limit_mb=_AUDITED_MEMORY_MB,
+    )
+    folder = chosen.out or Path("results/runs") / f"audit-{config.problem_sets[0].entry.spec.id}"
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    return api.carry_out(config, folder, started_s=chosen.started_s)
 
 
 def compare(chosen: SimpleNamespace) -> int:

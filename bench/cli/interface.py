@@ -86,6 +86,14 @@ def _command(name: str, does: str, short_help: str) -> Callable[[Callable[..., N
     is_flag=True,
     help="attempt problems, and count them, whose start or goal the judge refuses",
 )
+@click.option(
+    "--simplify",
+    type=float,
+    default=0.0,
+    metavar="SECONDS",
+    help="simplify each valid path besides, by the same shortcuts and at most so long, for lengths "
+    "that compare (default: 0)",
+)
 @options.planner_file
 @options.metric_file
 @options.device
@@ -135,6 +143,35 @@ def train() -> None:
 def report() -> None:
     """Writes reports of what was last run into each DIR, or one report of all into --out, and
     prints the tables."""
+
+
+@_command("audit", "commands:audit", "how many of the paths that planners take for valid are not")
+@click.argument("dirs", nargs=-1, type=click.Path(path_type=Path), metavar="[DIR...]")
+@click.option(
+    "--env",
+    metavar="ENV,...",
+    shell_complete=options.ENVS,
+    help="environments to run --planners in first, in place of DIR...",
+)
+@click.option(
+    "--planners",
+    metavar="P,...",
+    shell_complete=options.PLANNERS,
+    help="with --env, as in 'rrtconnect,rrtconnect:validator=sampled,resolution=0.05|0.01'",
+)
+@options.problems
+@click.option("--seed", type=int, default=0, metavar="S", help="with --env (default: 0)")
+@click.option(
+    "--time-limit", type=float, default=5.0, metavar="SECONDS", help="with --env (default: 5)"
+)
+@click.option("--jobs", type=int, default=1, metavar="N", help="with --env (default: 1)")
+@options.file("--out", metavar="DIR", help="(default: the run's own)")
+@options.wide
+def audit() -> None:
+    """Looks again at the paths of a run that planners claimed and the judge refused: how many, how
+    deep in what, and over how much of the path. Prints a table by environment and planner, and
+    writes audit.md, audit.csv, audit_paths.csv, audit.png and worst.png. With --env a run comes
+    first, of first solutions."""
 
 
 @_command("compare", "commands:compare", "compare two runs, or two planners of one")

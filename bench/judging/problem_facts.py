@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from bench.judging.judge import SceneModels
+from bench.judging.touching_pairs import touching_pairs
 from envs import Environment, Problem
 from envs.collision.fcl_model import CollisionModel
 from envs.problem import Array
@@ -131,23 +132,15 @@ def _beyond_bounds(scene: Environment, q: Array) -> Iterator[str]:
 
 def _contacts(scene: Environment, model: CollisionModel, q: Array) -> Iterator[str]:
     """The pairs that touch, or are too near to tell."""
-    # What it imports takes a second, which only those with invalid problems pay.
-    from envs.collision.penetration import penetration_depth
-
-    pairs = scene.checked_pairs()
-    names, unit = [*scene.shape_names, *scene.obstacle_names], scene.units["workspace"]
-    solids = [*scene.robot.shapes, *(obstacle.solid for obstacle in scene.obstacles)]
-    poses = [*scene.robot.poses(q), *(obstacle.pose[:3] for obstacle in scene.obstacles)]
-    apart = pairs.distances(q, [2 * model.tolerance] * len(pairs.numbers))
-    found = []
-    for (i, j), distance in zip(pairs.numbers, apart, strict=True):
-        if distance <= 0:
-            depth = penetration_depth(solids[i], solids[j], poses[i], poses[j])
-            how = f"is {depth:.2g} {unit} deep in" if depth > 0 else "touches"
-            found.append((-depth, f"{names[i]} {how} {names[j]}"))
-        elif distance <= model.tolerance:
-            near = f"{names[i]} comes within {distance:.2g} {unit} of {names[j]}"
-            found.append((distance, f"{near}, which counts as contact"))
+    unit, found = scene.units["workspace"], []
+    for pair in touching_pairs(scene, q, model.tolerance):
+        one, other = pair.names
+        if pair.distance <= 0:
+            how = f"is {pair.depth:.2g} {unit} deep in" if pair.depth > 0 else "touches"
+            found.append((-pair.depth, f"{one} {how} {other}"))
+        else:
+            near = f"{one} comes within {pair.distance:.2g} {unit} of {other}"
+            found.append((pair.distance, f"{near}, which counts as contact"))
     found.sort()
     yield from (text for _, text in found[:_NAMED])
     if len(found) > _NAMED:

@@ -188,7 +188,7 @@ def test_help_names_every_command(bench: Cli) -> None:
     listed = [line.split()[0] for name, lines in sections[1:] for line in lines.splitlines()]
     assert [name for name, _ in sections] == ["Options", "Measure", "Report", "Try"]
     assert sorted(listed) == sorted(interface.bench.commands)
-    assert len(listed) == 15
+    assert len(listed) == 16
 
 
 def test_help_of_a_command_says_what_can_be_chosen(bench: Cli) -> None:
