@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+import numpy as np
 import platformdirs
 
 from envs import processors
@@ -110,6 +111,15 @@ def njit_inline(function: _F) -> _F:
     return compiled
 
 
+def c_function(function: Callable[..., Any], signature: Any) -> Any:
+    """Compiles a function for callers that know but its `address`, with C's conventions.
+
+    Args:
+        signature: of Numba's types.
+    """
+    return numba.cfunc(signature, cache=True)(function)
+
+
 def compiled_for(function: _F, *arguments: Any) -> _F:
     """A compiled function for arguments of the types of these alone.
 
@@ -117,8 +127,26 @@ def compiled_for(function: _F, *arguments: Any) -> _F:
     than many a check. Whoever calls it must know that they are the same: whole arrays in C's order
     of the same numbers; whether they may be written to does not matter where nothing does.
     """
-    found: _F = function.compile(tuple(map(numba.typeof, arguments)))  # type: ignore[attr-defined]
+    found: _F = function.compile(tuple(map(type_of, arguments)))  # type: ignore[attr-defined]
     return found
+
+
+def type_of(value: Any) -> Any:
+    """Numba's type of a number, of a whole array in C's order, as one that may be written to, or of
+    a `NamedTuple` of these: one type for what differs in nothing that compiled code minds, which
+    then compiles once.
+
+    Raises:
+        TypeError: an array is not in C's order.
+    """
+    if isinstance(value, tuple):
+        parts = [type_of(part) for part in value]
+        return numba.types.NamedTuple(parts, type(value))  # type: ignore[no-untyped-call]
+    if isinstance(value, np.ndarray):
+        if not value.flags.c_contiguous:
+            raise TypeError("an array is not in C's order")
+        return numba.types.Array(numba.from_dtype(value.dtype), value.ndim, "C")
+    return numba.typeof(value)  # type: ignore[no-untyped-call]
 
 
 def parallel_for(work: Callable[[slice], None], items: int, block: int) -> None:

@@ -17,6 +17,7 @@ from envs.collision import continuous as batched
 from envs.collision.checked_pairs import CheckedPairs
 from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_model import Allowed, CollisionModel, Prover, Searcher
+from envs.collision.motion_check import MotionCheck
 from envs.collision.part_scenes import PartScenes
 from envs.collision.shapes import Bodies, Obstacle, Robot
 from envs.problem import Array, Problem
@@ -350,10 +351,9 @@ class Environment(ABC):
             self.clearance, self.robot.rate_bound, paths, tolerance, self.space
         )
 
-    def motion_check(self, tolerance: float) -> Any:
+    def motion_check(self, tolerance: float) -> MotionCheck | None:
         """Proofs that motions are free, for planners that are compiled themselves, to a tolerance
-        in workspace units; None, which is the default, where there are only those in Python. See
-        `envs.collision.motion_check`."""
+        in workspace units; None, which is the default, where there are only those in Python."""
         return None
 
     def contains(self, q: Array) -> Any:

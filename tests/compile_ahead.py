@@ -60,8 +60,23 @@ def _models_of_arms() -> None:
 
 def _motions_of_arms() -> None:
     for text in _ARMS:
-        _ask_motions(envs.make(text))
+        world = envs.make(text)
+        _ask_motions(world)
+        _ask_check(world)
     assert envs.make("arm4").sample_problems(1, 0)
+
+
+def _searches() -> None:
+    """Compiled planners, which are so once for all environments."""
+    for name in ("rrtconnect-fast", "aorrtc"):
+        planners.make(name).setup(envs.make("c3d"), seed=0)
+
+
+def _ask_check(world: Environment) -> None:
+    """What compiled planners ask."""
+    check = world.motion_check(world.planning_tolerance)
+    assert check is not None
+    check.is_free(world.lower, world.lower)
 
 
 def _bodies() -> None:
@@ -119,7 +134,11 @@ def _field_in(env: str) -> Callable[[], None]:
 
 
 PARTS = (
-    {"models of arms": _models_of_arms, "fields of arms": _field_in("arm4")},
+    {
+        "models of arms": _models_of_arms,
+        "searches": _searches,
+        "fields of arms": _field_in("arm4"),
+    },
     {
         "fields": _field_in("c3d"),
         "bodies": _bodies,
@@ -130,7 +149,7 @@ PARTS = (
     },
 )
 
-QUICK = {"models of arms", "fields", "bodies", "meshes", "motions of arms"}
+QUICK = {"models of arms", "fields", "searches", "bodies", "meshes", "motions of arms"}
 """What tests need that are not slow."""
 
 ALL = {name for parts in PARTS for name in parts}

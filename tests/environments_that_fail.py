@@ -10,6 +10,7 @@ import numpy as np
 from envs import Environment, Problem, Spec
 from envs.collision.ball_motions import BallAmongBoxes
 from envs.collision.distance_fields import box_arrays
+from envs.collision.motion_check import MotionCheck
 from envs.collision.shapes import Box
 from envs.problem import Array
 from envs.robots.point import PointRobot
@@ -93,7 +94,8 @@ class ProvesTooMuch(Faultless):
     """Its compiled proofs forget a wall."""
 
     def motion_check(self, tolerance: float) -> Any:
-        return BallAmongBoxes(*box_arrays(self._boxes[:1]), self.robot.radius, tolerance)
+        boxes = box_arrays(self._boxes[:1])
+        return MotionCheck(BallAmongBoxes(*boxes, self.robot.radius, tolerance))
 
 
 class SearchesTooLittle(Faultless):

@@ -9,7 +9,7 @@ import numpy as np
 from envs.collision.continuous import compiled_is_covered
 from envs.collision.distance_fields import to_boxes
 from envs.collision.gjk import moved
-from envs.collision.motion_check import checks_motions
+from envs.collision.motion_check import array_at, checks_motions, known_as
 from envs.collision.occupancy import CellTree, nearest_cell, stack_for
 from envs.collision.separation import Shapes, separation
 from envs.collision.shapes import ROW
@@ -33,6 +33,11 @@ class BallAmongBoxes(NamedTuple):
 
 
 @checks_motions(BallAmongBoxes)
+def _ball_is_free_among_boxes(known: Any, a: Any, b: Any, size: int) -> bool:
+    check = known_as(known, "BallAmongBoxes")
+    return bool(ball_is_free_among_boxes(check, array_at(a, size), array_at(b, size)))
+
+
 @njit_cached
 def ball_is_free_among_boxes(check: Any, a: Any, b: Any) -> bool:
     """See `motion_check.motion_is_free`."""
@@ -91,6 +96,11 @@ class BallAmongShapes(NamedTuple):
 
 
 @checks_motions(BallAmongShapes)
+def _ball_is_free_among_shapes(known: Any, a: Any, b: Any, size: int) -> bool:
+    check = known_as(known, "BallAmongShapes")
+    return bool(ball_is_free_among_shapes(check, array_at(a, size), array_at(b, size)))
+
+
 @njit_cached
 def ball_is_free_among_shapes(check: Any, a: Any, b: Any) -> bool:
     """See `motion_check.motion_is_free`."""
@@ -138,6 +148,11 @@ class BallAmongCells(NamedTuple):
 
 
 @checks_motions(BallAmongCells)
+def _ball_is_free_among_cells(known: Any, a: Any, b: Any, size: int) -> bool:
+    check = known_as(known, "BallAmongCells")
+    return bool(ball_is_free_among_cells(check, array_at(a, size), array_at(b, size)))
+
+
 @njit_cached
 def ball_is_free_among_cells(check: Any, a: Any, b: Any) -> bool:
     """See `motion_check.motion_is_free`."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import compress, pairwise, starmap
-from typing import Any, Protocol
+from typing import Protocol
 from weakref import WeakKeyDictionary
 
 import fcl
@@ -25,7 +25,7 @@ from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_obstacles import broad_phases, fcl_transform, placed_in_fcl
 from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
 from envs.collision.margin_search import FIRST_QUERIES
-from envs.collision.motion_check import asked_from_python
+from envs.collision.motion_check import MotionCheck
 from envs.collision.separation import Shapes, clearances_of_each, contacts_array, shapes_of
 from envs.collision.shapes import POINT, Mesh, Obstacle, Robot, Solid
 from envs.problem import Array
@@ -101,8 +101,7 @@ class CollisionModel:
         searcher: a quick search for the least clearance of paths; where it has been is `allowed`,
             and whether FCL finds contact, is asked afterwards. None for none.
         motion_check: makes the compiled proofs that decide about motions where there is no prover,
-            once one is asked about, see `motion_check.motion_is_free`; it may make None. None for
-            none.
+            once one is asked about; it may make None. None for none.
 
     Attributes:
         checks: the number of configurations that were queried so far.
@@ -120,7 +119,7 @@ class CollisionModel:
         prover: Prover | None = None,
         may_touch: NDArray[np.bool_] | None = None,
         searcher: Searcher | None = None,
-        motion_check: Callable[[], Any] | None = None,
+        motion_check: Callable[[], MotionCheck | None] | None = None,
     ) -> None:
         if not (tolerance > 0 and np.isfinite(tolerance)):
             raise ValueError(f"tolerance must be positive, not {tolerance}")
@@ -163,9 +162,7 @@ class CollisionModel:
     def _is_free(self) -> Callable[[Array, Array], bool] | None:
         """Compiled proofs of motions; None for none."""
         check = None if self._motion_check is None else self._motion_check()
-        if self._space is None or check is None:
-            return None
-        return asked_from_python(check, self._space.size)
+        return None if check is None else check.is_free
 
     def is_valid(self, q: Array) -> bool:
         """Whether the robot touches nothing at a configuration (d,). Ignores the bounds."""

@@ -1,87 +1,166 @@
-"""Whether motions are free, for planners that are compiled themselves.
+"""Whether motions are free, for planners that are compiled themselves, and for others.
 
-Such planners are compiled once for each kind of check, which Numba tells by its type. A kind is a
-`NamedTuple` with what it knows of robot and obstacles, and a compiled function
-
-    is_free(check, a, b) -> bool
-
-that is registered for it by `checks_motions`. Of `Environment.motion_check` there is one for each
-environment, robot and tolerance.
+A check is of a kind: a `NamedTuple` with what it knows of robot and obstacles, and a function
+(known, a, b, size) -> bool that is registered for it by `checks_motions`. To compiled code all
+checks are of one type, the address of that function and the memory of what it knows, so that a
+planner is compiled once for all kinds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+import struct
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple, TypeVar
 
+import numba
 import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
 from numba import types
-from numba.extending import overload
+from numba.extending import intrinsic
+from numpy.typing import NDArray
 
-from envs.compiled import compiled_for, njit_cached
+from envs.compiled import c_function, compiled_for, njit_hot, type_of
 from envs.problem import Array
 
 _F = TypeVar("_F", bound=Callable[..., bool])
 
+_Numbers = types.CPointer(types.float64)  # type: ignore[no-untyped-call]
+_SIGNATURE = types.int64(types.voidptr, _Numbers, _Numbers, types.int64)
 
-def motion_is_free(check: Any, a: Any, b: Any) -> Any:
-    """Whether a motion is proved free. Only compiled code may call it.
+_WORD = 8  # bytes
+
+
+class CompiledCheck(NamedTuple):
+    """A check as compiled code has it.
+
+    Attributes:
+        function: the address of the kind's function.
+        known: (n,) words, the kind's `NamedTuple` as Numba lays it out.
+    """
+
+    function: int
+    known: NDArray[np.int64]
+
+
+class MotionCheck:
+    """Proves motions free. Whoever uses `compiled` must keep this object as long.
 
     Args:
-        check: what `Environment.motion_check` has made.
+        check: of a kind that `checks_motions` knows, with arrays in C's order.
+
+    Attributes:
+        compiled: for compiled code, see `motion_is_free`.
+    """
+
+    def __init__(self, check: Any) -> None:
+        self._kept = check  # as its arrays are pointed to
+        kind = type(check)
+        kind_type = type_of(check)
+        if _TYPES.setdefault(kind.__name__, kind_type) != kind_type:
+            raise TypeError(f"{kind.__name__} has fields of other types: {kind_type}")
+        if kind not in _COMPILED:
+            _COMPILED[kind] = c_function(_FUNCTIONS[kind], _SIGNATURE)
+        known = np.array(list(_words(check)), dtype=np.int64)
+        self.compiled = CompiledCheck(_COMPILED[kind].address, known)
+        q = np.zeros(1)
+        self._ask = compiled_for(motion_is_free, self.compiled, q, q)
+
+    def is_free(self, a: Array, b: Array) -> bool:
+        """`motion_is_free`, for code that is not compiled."""
+        begin, end = (np.ascontiguousarray(x, dtype=np.float64) for x in (a, b))
+        return self._ask(self.compiled, begin, end)
+
+
+def checks_motions(kind: type) -> Callable[[_F], _F]:
+    """Registers a function for checks of a kind. Numba compiles it when the first is made.
+
+    Args:
+        kind: a subclass of `NamedTuple`, of arrays, floats, integers and other such tuples. No
+            other kind has its name.
+
+    The function is given `known`, of which `known_as(known, "Kind")` makes the tuple, and the
+    motion's ends a and b as pointers to `size` numbers each, of which `array_at` makes arrays.
+    See `motion_is_free` for what it answers.
+    """
+
+    def register(function: _F) -> _F:
+        _FUNCTIONS[kind] = function
+        return function
+
+    return register
+
+
+@njit_hot
+def motion_is_free(check: Any, a: Any, b: Any) -> bool:
+    """Whether a motion is proved free.
+
+    Args:
+        check: `MotionCheck.compiled`.
         a, b: float64 (size,), configurations; the motion is the space's shortest way.
 
     Returns:
         True if the robot is proved to keep more than half the tolerance all along, both ends
         included. False means that somewhere it keeps no more than about the tolerance.
     """
-    raise TypeError("motion_is_free is for compiled code")
+    return bool(_called(check.function, check.known, a, b) != 0)
 
 
-@njit_cached
-def _asked(check: Any, a: Any, b: Any) -> bool:
-    return bool(motion_is_free(check, a, b))
+_FUNCTIONS: dict[type, Callable[..., bool]] = {}
+_COMPILED: dict[type, Any] = {}
+_TYPES: dict[str, Any] = {}
 
 
-def asked_from_python(check: Any, size: int) -> Callable[[Array, Array], bool]:
-    """`motion_is_free` of a check, for code that is not compiled.
-
-    Args:
-        check: what `Environment.motion_check` has made.
-        size: of configurations.
-
-    Returns:
-        (a, b) -> bool, of configurations (size,).
-    """
-    q = np.zeros(size)
-    compiled = compiled_for(_asked, check, q, q)
-
-    def is_free(a: Array, b: Array) -> bool:
-        begin, end = (np.ascontiguousarray(x, dtype=np.float64) for x in (a, b))
-        return compiled(check, begin, end)
-
-    return is_free
+def _words(value: Any) -> Iterator[int]:
+    """A part of a check as Numba lays it out, all of it in words: of an array its owner and parent,
+    here none, so that no references are counted; size, size of an item, address, shape, strides."""
+    if isinstance(value, tuple):
+        for part in value:
+            yield from _words(part)
+    elif isinstance(value, np.ndarray):
+        yield from (0, 0, value.size, value.itemsize, value.ctypes.data)
+        yield from value.shape
+        yield from value.strides
+    elif isinstance(value, float):
+        yield struct.unpack("q", struct.pack("d", value))[0]
+    else:
+        yield int(value)
 
 
-def checks_motions(kind: type) -> Callable[[_F], _F]:
-    """Registers a compiled function, (check, a, b) -> bool, for checks of a kind.
+@intrinsic(prefer_literal=True)
+def _known_as(_context: Any, known: Any, kind: Any) -> Any:
+    kind_type = _TYPES[kind.literal_value]
 
-    Args:
-        kind: a subclass of `NamedTuple`.
-    """
+    def load(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        layout = context.get_value_type(kind_type)
+        return builder.load(builder.bitcast(arguments[0], layout.as_pointer()))
 
-    def register(is_free: _F) -> _F:
-        def of_kind(check: Any, a: Any, b: Any) -> Any:
-            if not isinstance(check, types.NamedTuple) or check.instance_class is not kind:
-                return None  # another function's
+    return kind_type(known, kind), load
 
-            # Annotated as what it stands for, which Numba wants.
-            def asked(check: Any, a: Any, b: Any) -> Any:
-                return is_free(check, a, b)
 
-            return asked
+known_as: Any = _known_as
+"""(known, "Kind") -> what a check of a kind, by its name, knows, in compiled code."""
 
-        overload(motion_is_free)(of_kind)
-        return is_free
+array_at: Any = numba.carray  # type: ignore[attr-defined]
+"""(a, size) -> the array (size,) at a pointer, in compiled code."""
 
-    return register
+
+def _called_by_address(_context: Any, function: Any, known: Any, a: Any, b: Any) -> Any:
+    """What the function at an address answers."""
+
+    def call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        word = ir.IntType(64)
+        numbers = ir.DoubleType().as_pointer()
+        whole = [
+            context.make_array(of)(context, builder, value=value)
+            for of, value in zip(signature.args[1:], arguments[1:], strict=True)
+        ]
+        memory = builder.bitcast(whole[0].data, ir.IntType(8).as_pointer())
+        takes = ir.FunctionType(word, [memory.type, numbers, numbers, word])
+        address = builder.inttoptr(arguments[0], takes.as_pointer())
+        ends = [builder.bitcast(end.data, numbers) for end in whole[1:]]
+        return builder.call(address, [memory, *ends, whole[1].nitems])
+
+    return types.int64(types.int64, known, a, b), call
+
+
+_called: Any = intrinsic(_called_by_address)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.motion_check import checks_motions
+from envs.collision.motion_check import array_at, checks_motions, known_as
 from envs.collision.separation import Shapes
 from envs.compiled import njit_cached
 from envs.robots.arm import RobotArrays
@@ -38,6 +38,11 @@ class ArmMotionCheck(NamedTuple):
 
 
 @checks_motions(ArmMotionCheck)
+def _arm_motion_is_free(known: Any, a: Any, b: Any, size: int) -> bool:
+    check = known_as(known, "ArmMotionCheck")
+    return bool(arm_motion_is_free(check, array_at(a, size), array_at(b, size)))
+
+
 @njit_cached
 def arm_motion_is_free(check: Any, a: Any, b: Any) -> bool:
     """See `motion_check.motion_is_free`. What is in the way of a motion is nearly always in the way

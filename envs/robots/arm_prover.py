@@ -10,6 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from envs.collision.motion_check import MotionCheck
 from envs.collision.separation import contacts_array, shapes_of
 from envs.collision.shapes import Obstacle
 from envs.compiled import compiled_for
@@ -71,7 +72,7 @@ class ArmProver:
             robot = robot._replace(tree=tree)
         return self._compiled(robot, *rest, begin, end, float(asked), float(kept))
 
-    def motion_check(self, tolerance: float) -> ArmMotionCheck | None:
+    def motion_check(self, tolerance: float) -> MotionCheck | None:
         """See `Environment.motion_check`; None of robots with spherical joints."""
         arrays = self._arm.arrays
         if arrays.tree.spherical.any():
@@ -79,7 +80,7 @@ class ArmProver:
         pairs, tables = self.known.tabled if tolerance / 2 <= self._tabled else self.known.untabled
         robot = arrays._replace(branches=pairs)
         known = self.known.trees, tables, self._around, self._may_touch
-        return ArmMotionCheck(robot, *known, tolerance)
+        return MotionCheck(ArmMotionCheck(robot, *known, float(tolerance)))
 
     def nothing_within(self, q: Array) -> bool:
         return bool(nothing_within(self._arm.arrays, self._around, self._may_touch, q))

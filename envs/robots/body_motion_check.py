@@ -9,7 +9,7 @@ import numpy as np
 
 from envs.collision.continuous import compiled_is_covered
 from envs.collision.gjk import moved
-from envs.collision.motion_check import checks_motions
+from envs.collision.motion_check import array_at, checks_motions, known_as
 from envs.collision.separation import Shapes, are_beyond, separation
 from envs.collision.shapes import ROW
 from envs.compiled import njit_cached, njit_hot
@@ -39,6 +39,11 @@ class BodyMotionCheck(NamedTuple):
 
 
 @checks_motions(BodyMotionCheck)
+def _body_motion_is_free(known: Any, a: Any, b: Any, size: int) -> bool:
+    check = known_as(known, "BodyMotionCheck")
+    return bool(body_motion_is_free(check, array_at(a, size), array_at(b, size)))
+
+
 @njit_cached
 def body_motion_is_free(check: Any, a: Any, b: Any) -> bool:
     """See `motion_check.motion_is_free`."""

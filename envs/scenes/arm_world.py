@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from envs.collision.fcl_model import Allowed, Prover
 from envs.collision.mesh import Containment
+from envs.collision.motion_check import MotionCheck
 from envs.collision.part_scenes import PartScenes, part_scenes
 from envs.collision.shapes import PlacedShape, rounded
 from envs.environment import LinkGeometry
 from envs.problem import Array
 from envs.robots import arm_clearance, rrt_connect
 from envs.robots.arm import SLACK, Arm
-from envs.robots.arm_motion_check import ArmMotionCheck
 from envs.robots.arm_prover import ArmProver
 from envs.robots.tip_and_stand import stand
 from envs.scenes.arm_problems import ArmProblems
@@ -158,7 +158,7 @@ class ArmWorld(ArmProblems):
     def _prover_of(self, tabled: float) -> ArmProver:
         return ArmProver(self.robot, self.obstacles, self.may_touch, tabled)
 
-    def motion_check(self, tolerance: float) -> ArmMotionCheck | None:
+    def motion_check(self, tolerance: float) -> MotionCheck | None:
         return self._prover_of(self.planning_tolerance).motion_check(tolerance)
 
     def definition(self) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from envs.collision.ball_motions import BallAmongBoxes
 from envs.collision.distance_fields import box_arrays, distance_to_boxes
 from envs.collision.fcl_model import Searcher
 from envs.collision.margin_search import least_among_boxes
+from envs.collision.motion_check import MotionCheck
 from envs.collision.shapes import Box
 from envs.errors import InputError
 from envs.problem import Array
@@ -68,10 +69,12 @@ class BoxWorld(PointWorld):
 
         return search
 
-    def motion_check(self, tolerance: float) -> Any:
+    def motion_check(self, tolerance: float) -> MotionCheck:
         if not self._are_all:
             return super().motion_check(tolerance)
-        return BallAmongBoxes(*self._arrays, self.robot.radius, tolerance)
+        return MotionCheck(
+            BallAmongBoxes(*self._arrays, float(self.robot.radius), float(tolerance))
+        )
 
     def boxes_definition(self) -> list[list[float]]:
         """Centres and sides, for `definition`."""

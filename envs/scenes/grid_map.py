@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.ball_motions import BallAmongCells
+from envs.collision.motion_check import MotionCheck
 from envs.collision.occupancy import CellDistances, covering_boxes
 from envs.collision.shapes import Box
 from envs.errors import InputError, tell_once
@@ -185,9 +186,10 @@ class GridMap(PointWorld):
         there = (self.configurations(q) - self._origin) / self._side
         return self._side * self._distances(there) - self.robot.radius
 
-    def motion_check(self, tolerance: float) -> BallAmongCells:
-        known = self._distances.occupied, self._origin, self._side, self.robot.radius
-        return BallAmongCells(*known, tolerance)
+    def motion_check(self, tolerance: float) -> MotionCheck:
+        known = self._distances.occupied, self._origin, float(self._side)
+        check = BallAmongCells(*known, float(self.robot.radius), float(tolerance))
+        return MotionCheck(check)
 
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         """See `Environment.sample_problems`. Where a file has the problems, they are the same of

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from envs.collision.ball_motions import BallAmongShapes
+from envs.collision.motion_check import MotionCheck
 from envs.collision.separation import shapes_of
 from envs.environment import Environment
 from envs.free_space import GridComponents, connected_problems
@@ -86,9 +87,9 @@ class PointWorld(Environment):
         """The connected components of free space."""
         return GridComponents(self.clearance, self.lower, self.upper)
 
-    def motion_check(self, tolerance: float) -> Any:
+    def motion_check(self, tolerance: float) -> MotionCheck:
         ball, around = shapes_of(self.robot.shapes), shapes_of(self.obstacles)
-        return BallAmongShapes(ball, around, tolerance)
+        return MotionCheck(BallAmongShapes(ball, around, float(tolerance)))
 
     def point_definition(self) -> dict[str, Any]:
         """The part of `definition` that these worlds share."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from envs.collision import continuous
 from envs.collision.fcl_model import Allowed, CollisionModel
 from envs.collision.mesh import Containment
+from envs.collision.motion_check import MotionCheck
 from envs.collision.separation import shapes_of
 from envs.collision.shapes import PlacedShape
 from envs.compiled_space import space_arrays
@@ -160,15 +161,16 @@ class RigidBodyWorld(SampledProblems):
             free[free] = self.allowed(np.array(starts))
         return free
 
-    def motion_check(self, tolerance: float) -> BodyMotionCheck:
-        return BodyMotionCheck(
+    def motion_check(self, tolerance: float) -> MotionCheck:
+        check = BodyMotionCheck(
             space_arrays(self.space),
             shapes_of(self.robot.parts),
             shapes_of(self.obstacles),
-            self.robot.radius,
+            float(self.robot.radius),
             self.robot.placement.positions(self.lower[None])[0],
-            tolerance,
+            float(tolerance),
         )
+        return MotionCheck(check)
 
     @cached_property
     def allowed(self) -> Allowed | None:

@@ -48,7 +48,9 @@ class CompiledRrtConnect(Planner):
         return None
 
     def setup(self, env: Environment, *, seed: int) -> None:
-        self._check = env.motion_check(env.planning_tolerance)
+        check = env.motion_check(env.planning_tolerance)
+        assert check is not None, "see `unsupported`"
+        self._kept, self._check = check, check.compiled
         space = env.sampling_space
         self._space = space_arrays(space)
         self._step = float(self._range or _SHARE_OF_EXTENT * space.extent)

@@ -52,11 +52,18 @@ class Shortener:
 
     Args:
         env: the environment, to whose `planning_tolerance` motions are proved.
+
+    Raises:
+        ValueError: it has no such proofs.
     """
 
     def __init__(self, env: Environment) -> None:
         space = env.sampling_space
-        self._known = env.motion_check(env.planning_tolerance), space_arrays(space)
+        check = env.motion_check(env.planning_tolerance)
+        if check is None:
+            raise ValueError("there are no compiled proofs of motions")
+        self._kept = check
+        self._known = check.compiled, space_arrays(space)
         some = Waypoints.of(np.zeros((2, space.size)), 1)
         self._shorten = compiled_for(shorten, *self._known, some, _TRIES)
         self._length = compiled_for(length, self._known[1], some)

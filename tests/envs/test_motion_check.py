@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import pytest
 import trimesh
@@ -14,13 +14,14 @@ from map_files import write_ros
 
 import envs
 from envs import Environment
-from envs.collision.motion_check import motion_is_free
-from envs.compiled import njit_cached
-
-
-@njit_cached
-def asked(check: Any, a: Any, b: Any) -> bool:
-    return bool(motion_is_free(check, a, b))
+from envs.collision.motion_check import (
+    MotionCheck,
+    array_at,
+    checks_motions,
+    known_as,
+    motion_is_free,
+)
+from envs.problem import Array
 
 
 def room(folder: Path) -> Environment:
@@ -58,6 +59,7 @@ def test_what_is_taken_is_free_and_little_else_is_refused(name: str, tmp_path: P
     env = WORLDS[name](tmp_path)
     tolerance = env.planning_tolerance
     check, model = env.motion_check(tolerance), env.collision_model(tolerance / 2)
+    assert check is not None
     planners_model = env.collision_model(tolerance)
     rng = np.random.default_rng(5)
     taken = refused = 0
@@ -70,7 +72,7 @@ def test_what_is_taken_is_free_and_little_else_is_refused(name: str, tmp_path: P
             *(np.repeat([x], 60, 0) for x in (a, b)), np.linspace(0, 1, 60)
         )
         least = min(model.clearance(q) for q in places)
-        is_free = asked(check, a, b)
+        is_free = check.is_free(a, b)
         if env.prover is None:
             assert planners_model.stays_free(a, b) == is_free
         if is_free:
@@ -85,12 +87,51 @@ def test_what_is_taken_is_free_and_little_else_is_refused(name: str, tmp_path: P
     assert taken > 40
 
 
-def test_it_may_only_be_asked_in_compiled_code() -> None:
-    env = envs.make("c3d")
-    with pytest.raises(TypeError, match="compiled"):
-        motion_is_free(env.motion_check(0.1), env.lower, env.upper)
+class Above(NamedTuple):
+    """What is above a height is free."""
+
+    heights: Array
+    tolerance: float
 
 
-def test_what_is_no_check_does_not_compile() -> None:
-    with pytest.raises(numba.TypingError):
-        asked((1.0, 2.0), np.zeros(3), np.ones(3))
+@checks_motions(Above)
+def ends_are_above(known: Any, a: Any, b: Any, size: int) -> bool:
+    check = known_as(known, "Above")
+    begin, end = array_at(a, size), array_at(b, size)
+    least = check.heights.max() + check.tolerance
+    return bool(begin[-1] > least and end[-1] > least)
+
+
+def test_a_kind_of_ones_own_is_asked_by_compiled_code_and_by_others() -> None:
+    check = MotionCheck(Above(np.array([1.0, 2.0, 0.5]), 0.25))
+    for low, high, free in ((3.0, 4.0, True), (2.2, 4.0, False), (3.0, 0.0, False)):
+        a, b = np.array([0.0, low]), np.array([[0.0, high], [9.0, 9.0]])[0]
+        assert check.is_free(a, b) is free
+        assert bool(motion_is_free(check.compiled, a, b)) is free
+
+
+def test_what_it_knows_is_kept_and_may_change() -> None:
+    heights = np.zeros(3)
+    heights.flags.writeable = True
+    check = MotionCheck(Above(heights, 0.25))
+    high = np.array([0.0, 1.0])
+    assert check.is_free(high, high)
+    heights[1] = 2.0
+    del heights
+    gc.collect()
+    assert not check.is_free(high, high)
+
+
+def test_ends_that_are_no_whole_arrays_are_asked_all_the_same() -> None:
+    check = MotionCheck(Above(np.zeros(3), 0.25))
+    columns = np.array([[0.0, 9.0], [1.0, 9.0]])
+    assert check.is_free(columns[:, 0], columns[:, 0])
+    assert not check.is_free([0, 0], [1, 1])
+
+
+def test_fields_of_other_types_are_refused() -> None:
+    MotionCheck(Above(np.zeros(3), 0.25))
+    with pytest.raises(TypeError, match="fields of other types"):
+        MotionCheck(Above(np.zeros((3, 3)), 0.25))
+    with pytest.raises(TypeError, match="not in C's order"):
+        MotionCheck(Above(np.zeros(6)[::2], 0.25))

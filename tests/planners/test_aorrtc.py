@@ -28,6 +28,17 @@ def of(text: str) -> tuple[Environment, Planner]:
     return env, planner
 
 
+def compiled_check(env: Environment) -> Any:
+    check = env.motion_check(env.planning_tolerance)
+    assert check is not None
+    KEPT.append(check)
+    return check.compiled
+
+
+KEPT: list[Any] = []
+"""What compiled code points to."""
+
+
 def is_straight(env: Environment, problem: Problem) -> bool:
     model = env.collision_model(env.planning_tolerance)
     return model.segment_is_free(problem.start, problem.goal)
@@ -141,7 +152,7 @@ def test_what_no_path_can_be_shorter_than_draws_nothing() -> None:
 
 def test_shortcuts_keep_the_ends_and_what_is_free() -> None:
     env = envs.make("c3d")
-    space, check = space_arrays(env.space), env.motion_check(env.planning_tolerance)
+    space, check = space_arrays(env.space), compiled_check(env)
     planner = planners.make("rrtconnect-fast:range=0.3")
     planner.setup(env, seed=1)
     model = env.collision_model(env.planning_tolerance / 4)
@@ -160,7 +171,7 @@ def test_shortcuts_keep_the_ends_and_what_is_free() -> None:
 
 def test_without_room_for_more_waypoints_shortcuts_that_need_none_are_taken() -> None:
     env = envs.make("c3d")
-    space, check = space_arrays(env.space), env.motion_check(env.planning_tolerance)
+    space, check = space_arrays(env.space), compiled_check(env)
     corner = env.lower + 0.02 * (env.upper - env.lower)
     side = np.array([0.02, 0, 0]) * (env.upper - env.lower)
     zigzag = np.array([corner + n * side / 10 + (n % 2) * side[[1, 0, 2]] / 10 for n in range(9)])
