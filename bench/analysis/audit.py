@@ -26,7 +26,10 @@ class RefusedPath:
     """A path that its planner claimed and the judge refused for contact.
 
     Attributes:
-        env, planner, problem, repeat: whose.
+        env: str, the environment's name.
+        planner: str, the planner's.
+        problem: int, its index.
+        repeat: int, which of the attempts at it, from 0.
         share: of the path's length that is in contact, from 0 to 1.
         depth: where it is deepest, in workspace units, see `PathContacts`.
         touches: whether anything is touched at a place that was looked at; the judge also refuses
