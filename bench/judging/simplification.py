@@ -3,6 +3,7 @@ of a path is no merit of the planner's."""
 
 from __future__ import annotations
 
+import threading
 from time import perf_counter
 
 from bench.judging.metric import Simplified
@@ -13,6 +14,12 @@ from planners.compiled.shortcuts import Shortener, Waypoints
 _ENOUGH = 8
 """Rounds of shortcuts in a row that gain nothing, after which a path is taken to be as short as it
 becomes."""
+
+
+_ONE_AT_A_TIME = threading.Lock()
+"""Of a run's judges, each in a thread of its own. Environments may share a robot, whose tables of
+what was proved (`envs.robots.pair_tables`) proofs write to, and compiled code does not wait for
+Python's lock."""
 
 
 class Simplifier:
@@ -37,11 +44,12 @@ class Simplifier:
         shortener = self._shortener(env)
         if shortener is None:
             return None
-        begin = perf_counter()
         waypoints, without = Waypoints.of(path, problem.seed), 0
-        while without < _ENOUGH and perf_counter() - begin < self._seconds:
-            without = 0 if shortener.improve(waypoints) else without + 1
-        return Simplified(waypoints.path, perf_counter() - begin)
+        with _ONE_AT_A_TIME:
+            begin = perf_counter()
+            while without < _ENOUGH and perf_counter() - begin < self._seconds:
+                without = 0 if shortener.improve(waypoints) else without + 1
+            return Simplified(waypoints.path, perf_counter() - begin)
 
     def _shortener(self, env: Environment) -> Shortener | None:
         if self._last is None or self._last[0] is not env:

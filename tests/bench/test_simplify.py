@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from bench.judging.simplification import Simplifier
 from bench.storage.record import Verdict
 from envs.collision.shapes import Box
 from envs.scenes.boxes import BoxWorld
+from planners.compiled.shortcuts import Shortener
 
 OPTIONS = ("--problems", "6", "--seed", "3", "--stop", "first", "--planners")
 
@@ -72,6 +75,29 @@ def test_time_ends_it() -> None:
     path = np.array([problem.start, problem.goal])
     made = Simplifier(0.0)(env, problem, path)
     assert made is not None and np.array_equal(made.path, path)
+
+
+def test_judges_of_several_planners_simplify_one_at_a_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Robots that several environments share have tables that proofs write to."""
+    at_work, most = [0], [0]
+
+    def improve(*_: Any) -> int:
+        at_work[0] += 1
+        most[0] = max(most[0], at_work[0])
+        time.sleep(0.01)
+        at_work[0] -= 1
+        return 1
+
+    monkeypatch.setattr(Shortener, "improve", improve)
+    env = envs.make("c3d")
+    problem = env.sample_problems(1, 3)[0]
+    path = np.array([problem.start, problem.goal])
+    with ThreadPoolExecutor(3) as pool:
+        for made in pool.map(lambda _: Simplifier(0.1)(env, problem, path), range(3)):
+            assert made is not None and 0.1 <= made.seconds < 0.2
+    assert most == [1]
 
 
 class InPython(BoxWorld):

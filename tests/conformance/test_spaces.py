@@ -29,7 +29,7 @@ from planners.learning.learned_planner import LearnedPlanner, Training
 LIMIT_S = 2.0
 """For a problem; planners stop at their first solution."""
 
-QUICK = ("rrtconnect", "straight-line")
+QUICK = ("rrtconnect", "rrtconnect-fast", "straight-line")
 """Planners that fast tests let plan; learned ones have no weights here, and are only asked."""
 
 ARGUMENTS = {"fmm": "fmm:resolution=30"}
@@ -45,6 +45,7 @@ IN_ONE_PART = ("R^3", "7 joints", "two arms", "wrapping")
 EVERYWHERE = {
     *("rrtconnect", "rrtstar", "informedrrtstar", "prmstar", "lazyprmstar", "fmt"),
     *("bitstar", "aitstar", "eitstar", "straight-line", "random-detours"),
+    *("rrtconnect-fast", "aorrtc"),
 }
 """Planners that must plan on all spaces."""
 
@@ -179,7 +180,7 @@ def test_it_plans_or_says_why_not(id: str, place: Place) -> None:
         pytest.skip("it must be trained first, see below")
     planner.setup(env, seed=1)
     result = assert_it_plans(planner, name, env, problem)
-    assert id != "rrtconnect" or result.status is Status.EXACT_SOLUTION
+    assert id not in ("rrtconnect", "rrtconnect-fast") or result.status is Status.EXACT_SOLUTION
 
 
 def few_labels(env: Environment, plan: LabelPlan, *others: Any) -> tuple[Labels, float]:
