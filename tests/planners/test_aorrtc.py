@@ -133,7 +133,7 @@ def test_informed_draws_are_those_of_the_space_that_may_help(name: str, share: f
     assert space.contains(q).all()
     total = space.distance(start[None], q) + space.distance(q, goal[None])
     assert (total < share * least).all()
-    every = space.sample(rng, 400_000)
+    every = space.sample(rng, 100_000)
     wanted = every[
         space.distance(start[None], every) + space.distance(every, goal[None]) < share * least
     ]
