@@ -13,6 +13,7 @@ from envs.collision.enclosure import NO_INSIDE, Enclosure
 from envs.collision.fcl_model import Allowed, Searcher
 from envs.collision.margin_search import least_among_shapes
 from envs.collision.mesh import cap_holes, queries
+from envs.collision.motion_check import MotionCheck
 from envs.collision.separation import shapes_of
 from envs.collision.shapes import Mesh
 from envs.errors import InputError, suggestion, tell_once
@@ -177,6 +178,11 @@ class MeshWorld(PointWorld):
         if self.kind == "interior":
             return lambda q: encloses(q) > 0.5 - _BESIDE_HOLES
         return lambda q: encloses(q) < 0.5 + _BESIDE_HOLES
+
+    def motion_check(self, tolerance: float) -> MotionCheck | None:
+        """None where the robot must be on the right side of the mesh: scans have cracks that it may
+        pass without touching anything, so that sides are asked along motions, too."""
+        return None if self.allowed is not None else super().motion_check(tolerance)
 
     @property
     def searcher(self) -> Searcher:

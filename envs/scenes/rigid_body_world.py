@@ -161,7 +161,9 @@ class RigidBodyWorld(SampledProblems):
             free[free] = self.allowed(np.array(starts))
         return free
 
-    def motion_check(self, tolerance: float) -> MotionCheck:
+    def motion_check(self, tolerance: float) -> MotionCheck | None:
+        if self.world.allowed is not None:  # see `MeshWorld.motion_check`
+            return None
         check = BodyMotionCheck(
             space_arrays(self.space),
             shapes_of(self.robot.parts),
