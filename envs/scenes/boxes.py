@@ -69,7 +69,7 @@ class BoxWorld(PointWorld):
 
         return search
 
-    def motion_check(self, tolerance: float) -> MotionCheck:
+    def motion_check(self, tolerance: float) -> MotionCheck | None:
         if not self._are_all:
             return super().motion_check(tolerance)
         return MotionCheck(

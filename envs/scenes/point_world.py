@@ -87,7 +87,7 @@ class PointWorld(Environment):
         """The connected components of free space."""
         return GridComponents(self.clearance, self.lower, self.upper)
 
-    def motion_check(self, tolerance: float) -> MotionCheck:
+    def motion_check(self, tolerance: float) -> MotionCheck | None:
         ball, around = shapes_of(self.robot.shapes), shapes_of(self.obstacles)
         return MotionCheck(BallAmongShapes(ball, around, float(tolerance)))
 
