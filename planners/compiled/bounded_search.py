@@ -15,7 +15,7 @@ from envs.collision.motion_check import motion_is_free
 from envs.compiled import njit_cached, njit_hot
 from envs.compiled_space import SpaceArrays, distance, uniform
 from planners.compiled.informed_set import draw_informed
-from planners.compiled.trees import FULL, JOINED, SEARCHING, extend, write_path
+from planners.compiled.trees import FULL, SEARCHING, connect, extend
 
 _NONE = -1
 
@@ -57,18 +57,11 @@ def search_below(
         _lower_cost(check, space, trees, this, new)
         left = bound - costs[this, new]
         near = _nearest_below(space, trees, other, counts[other], nodes[this, new], left)
-        while near != _NONE:
-            away = distance(space, nodes[other, near], nodes[this, new])
-            if away <= step:
-                if motion_is_free(check, nodes[other, near], nodes[this, new]):
-                    write_path(trees, this, new, near)
-                    return JOINED
-                break
-            if counts[other] == nodes.shape[1]:
-                return FULL  # this sample's way is given up
-            if not extend(check, space, trees, other, near, nodes[this, new], step, tip):
-                break
-            near = counts[other] - 1
+        if near == _NONE:
+            continue
+        found = connect(check, space, trees, this, new, near, step, tip)
+        if found != SEARCHING:
+            return found
     return SEARCHING
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from envs.collision.motion_check import motion_is_free
 from envs.compiled import njit_cached, njit_hot
 from envs.compiled_space import SpaceArrays, distance, draw
-from planners.compiled.trees import FULL, JOINED, SEARCHING, extend, write_path
+from planners.compiled.trees import FULL, JOINED, SEARCHING, connect, extend, write_path
 
 
 @njit_cached
@@ -44,18 +44,9 @@ def search(check: Any, space: SpaceArrays, trees: Any, step: float, samples: int
             continue
         new = counts[this] - 1
         near = _nearest(space, nodes[other], counts[other], nodes[this, new])
-        while True:
-            away = distance(space, nodes[other, near], nodes[this, new])
-            if away <= step:
-                if motion_is_free(check, nodes[other, near], nodes[this, new]):
-                    write_path(trees, this, new, near)
-                    return JOINED
-                break
-            if counts[other] == nodes.shape[1]:
-                return FULL  # this sample's way is given up
-            if not extend(check, space, trees, other, near, nodes[this, new], step, tip):
-                break
-            near = counts[other] - 1
+        found = connect(check, space, trees, this, new, near, step, tip)
+        if found != SEARCHING:
+            return found
     return SEARCHING
 
 

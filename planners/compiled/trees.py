@@ -117,6 +117,33 @@ def extend(
 
 
 @njit_cached
+def connect(
+    check: Any, space: Any, trees: Any, tree: int, new: int, near: int, step: float, tip: Any
+) -> int:
+    """Grows the other tree from a node of it toward a new one of this, motion by motion, until they
+    are joined or one is not free.
+
+    Args:
+        check, step, tip: see `extend`.
+        new, near: the nodes, of this tree and of the other.
+
+    Returns:
+        `SEARCHING`, `JOINED`, with the path written, or `FULL`: the sample's way is given up.
+    """
+    other, goal = 1 - tree, trees.nodes[tree, new]
+    while distance(space, trees.nodes[other, near], goal) > step:
+        if trees.counts[other] == trees.nodes.shape[1]:
+            return FULL
+        if not extend(check, space, trees, other, near, goal, step, tip):
+            return SEARCHING
+        near = trees.counts[other] - 1
+    if not motion_is_free(check, trees.nodes[other, near], goal):
+        return SEARCHING
+    write_path(trees, tree, new, near)
+    return JOINED
+
+
+@njit_cached
 def write_path(trees: Any, tree: int, at: int, beyond: int) -> None:
     """Writes the path by a node of a tree and one of the other, from start to goal."""
     if tree == 1:
