@@ -9,12 +9,30 @@ from numpy.typing import NDArray
 
 from envs.collision.motion_check import array_at, checks_motions, known_as
 from envs.collision.separation import Shapes
-from envs.compiled import njit_cached
+from envs.compiled import njit_cached, njit_hot
 from envs.robots.arm import RobotArrays
-from envs.robots.motion_proof import prove
-from envs.robots.pair_tables import PairTables
-from envs.robots.rrt_connect import reached
+from envs.robots.kinematic_tree import body_motions
+from envs.robots.motion_places import PLACES, bodies_at_places
+from envs.robots.motion_proof import bound, prove
+from envs.robots.pair_tables import (
+    PairTables,
+    are_known_by_tables,
+    are_proved_by_tables,
+    place_in_tables,
+)
+from envs.robots.place_proofs import NEAR, PROVED, TOUCHING, UNKNOWN, ask_spheres
+from envs.robots.rrt_connect import reached, write_reached
+from envs.robots.sphere_proofs import next_in_doubt
 from envs.robots.sphere_trees import SphereTrees
+from envs.robots.working_room import Room
+
+FREE, BLOCKED, TABLES_LEFT, OPEN = 0, 1, 2, 3
+"""What is told of a motion at once: that it is proved free; that it is not; that spheres prove it,
+and tables have to be filled; that more must be asked."""
+
+_LEVELS = 4
+"""Of shares, each a `PLACES`-th of the one before; what is left after these is not told by
+spheres."""
 
 
 class ArmMotionCheck(NamedTuple):
@@ -27,6 +45,7 @@ class ArmMotionCheck(NamedTuple):
         around: the obstacles.
         may_touch: which parts may touch which of them, see `contacts_array`.
         tolerance: in metres.
+        room: to work in.
     """
 
     arm: RobotArrays
@@ -35,21 +54,138 @@ class ArmMotionCheck(NamedTuple):
     around: Shapes
     may_touch: NDArray[np.bool_]
     tolerance: float
+    room: Room
 
 
 @checks_motions(ArmMotionCheck)
 def _arm_motion_is_free(known: Any, a: Any, b: Any, size: int) -> bool:
+    """Spheres, and what tables know already, tell of most motions. Distances, which take a hundred
+    times as long, are asked only of motions that begin or end among what spheres do not tell apart;
+    between other ends, what spheres do not tell apart is refused."""
+    told = _told(known, array_at(a, size), array_at(b, size))
+    if told <= BLOCKED:
+        return bool(told == FREE)
+    return bool(_found(known, array_at(a, size), array_at(b, size), told == TABLES_LEFT))
+
+
+@njit_hot
+def _told(known: Any, a: Any, b: Any) -> int:
+    """What spheres and tables tell at once. What is in the way of a motion is nearly always in the
+    way at its end, too, which is asked first."""
     check = known_as(known, "ArmMotionCheck")
-    return bool(arm_motion_is_free(check, array_at(a, size), array_at(b, size)))
+    room = check.room
+    write_reached(check.arm.tree.wraps, a, b, room.end)
+    at_end = _known_at(check, room.end)
+    if at_end == TOUCHING:
+        return BLOCKED
+    if at_end == NEAR:
+        return OPEN
+    on_way = _known_of(check, a, room.end)
+    if on_way == PROVED:
+        kept = check.tolerance / 2
+        return FREE if are_known_by_tables(check.tables, a, room.end, kept) else TABLES_LEFT
+    if on_way == TOUCHING or (on_way == NEAR and _known_at(check, a) == PROVED):
+        return BLOCKED
+    return OPEN
 
 
 @njit_cached
-def arm_motion_is_free(check: Any, a: Any, b: Any) -> bool:
-    """See `motion_check.motion_is_free`. What is in the way of a motion is nearly always in the way
-    at its end, too, which is asked first."""
+def _found(known: Any, a: Any, b: Any, is_proved_by_spheres: bool) -> bool:
+    """What tables that are filled now, and distances, tell of a motion."""
+    check = known_as(known, "ArmMotionCheck")
     asked, kept = check.tolerance, check.tolerance / 2
-    end = reached(check.arm.tree.wraps, a, b)
-    rest = check.arm, check.trees, check.tables, check.around, check.may_touch
+    arm, trees, tables = check.arm, check.trees, check.tables
+    rest = arm, trees, tables, check.around, check.may_touch
+    end = reached(arm.tree.wraps, a, b)
+    if is_proved_by_spheres:
+        if are_proved_by_tables(arm, tables, a, end, kept):
+            return True
+        for q in (a, end):
+            if not are_proved_by_tables(arm, tables, q, q, kept):
+                return bool(place_in_tables(arm, tables, a, end, asked, kept) < 0)
+        return False
     if prove(*rest, end, end, asked, kept)[0] >= 0:
         return False
     return bool(prove(*rest, a, end, asked, kept)[0] < 0)
+
+
+@njit_hot
+def _known_at(check: Any, q: Any) -> int:
+    """What spheres tell of a configuration (d,)."""
+    arm, room = check.arm, check.room
+    body_motions(arm.tree, q, room.none, room.at.poses, room.at.shifts, room.at.spins)
+    n, known = 0, PROVED
+    while True:
+        n, _ = next_in_doubt(
+            arm,
+            check.trees,
+            check.around,
+            check.may_touch,
+            room.order,
+            n,
+            len(room.order),
+            room.at,
+            room.still,
+            room.states,
+            room.near,
+            room.waiting,
+        )
+        if n == len(room.order):
+            return known
+        if room.states[n] == TOUCHING:
+            return TOUCHING
+        n, known = n + 1, NEAR
+
+
+@njit_hot
+def _known_of(check: Any, a: Any, b: Any) -> int:
+    """What spheres tell of the motion from a to b (d,), in ever smaller shares of it."""
+    arm = check.arm
+    room = check.room
+    tree = arm.tree
+    for joint in range(len(tree.parents)):
+        k = tree.coordinates[joint]
+        room.speeds[joint] = tree.ratios[joint] * (b[k] - a[k])
+    room.bends[:] = 0.0
+    room.moves[:] = 0.0
+    bound(arm, check.trees, room.speeds, room.bends, room.moves)
+    items, width = len(room.order), 1.0
+    for n in range(items):
+        room.shares[0, n], room.items[0, n] = 0, room.order[n]
+    for level in range(_LEVELS):
+        this, other = level % 2, 1 - level % 2
+        shares = room.shares[this]
+        waiting = room.items[this]
+        left = room.left
+        end = following = 0
+        half = width / PLACES / 2
+        while end < items:
+            begin, share = end, shares[end]
+            while end < items and shares[end] == share:
+                end += 1
+            bodies_at_places(tree, a, b, share * width, width, room.bodies, room.turns)
+            known = ask_spheres(
+                arm,
+                check.trees,
+                check.around,
+                check.may_touch,
+                waiting[begin:end],
+                half,
+                check.tolerance,
+                room,
+                left[begin:end],
+            )
+            if known != PROVED:
+                return known
+            for place in range(PLACES):
+                for n in range(begin, end):
+                    if left[n] >> place & 1:
+                        if following == len(left):
+                            return UNKNOWN
+                        room.shares[other, following] = PLACES * share + place
+                        room.items[other, following] = waiting[n]
+                        following += 1
+        if following == 0:
+            return PROVED
+        items, width = following, width / PLACES
+    return UNKNOWN

@@ -20,6 +20,7 @@ from envs.robots.arm_motion_check import ArmMotionCheck
 from envs.robots.motion_proof import nothing_within, prove
 from envs.robots.pair_tables import PairTables, split, tables_of
 from envs.robots.sphere_trees import SphereTrees, sphere_trees
+from envs.robots.working_room import Room
 
 
 class ArmProver:
@@ -80,7 +81,8 @@ class ArmProver:
         pairs, tables = self.known.tabled if tolerance / 2 <= self._tabled else self.known.untabled
         robot = arrays._replace(branches=pairs)
         known = self.known.trees, tables, self._around, self._may_touch
-        return MotionCheck(ArmMotionCheck(robot, *known, float(tolerance)))
+        room = Room.of(robot, len(self._around.rows), float(tolerance))
+        return MotionCheck(ArmMotionCheck(robot, *known, float(tolerance), room))
 
     def nothing_within(self, q: Array) -> bool:
         return bool(nothing_within(self._arm.arrays, self._around, self._may_touch, q))

@@ -26,6 +26,8 @@ from envs.robots.sphere_proofs import (
     REFUTED,
     STACK,
     TOUCHING,
+    Bodies,
+    Bounds,
     measures_of,
     next_in_doubt,
     pair_by_distance,
@@ -72,7 +74,7 @@ def prove(
         speeds[joint] = tree.ratios[joint] * (b[k] - a[k])
     bound(arm, trees, speeds, bends, moves)
     count = 1 + len(speeds)
-    bodies = (np.empty((count, 3, 4)), np.empty((count, 3)), np.empty((count, 3)))
+    bodies = Bodies(np.empty((count, 3, 4)), np.empty((count, 3)), np.empty((count, 3)))
     near, stack = np.empty(len(around.rows), dtype=np.int64), np.empty(STACK, dtype=np.int64)
     shares, waiting = np.zeros(items, dtype=np.int64), np.empty(items, dtype=np.int64)
     for n in range(items):  # those farther out first: what moves most touches first
@@ -88,7 +90,7 @@ def prove(
                 end += 1
             t = (share + 0.5) * width
             body_motions(tree, a + t * (b - a), speeds, bodies[0], bodies[1], bodies[2])
-            bounds, n = (half, bends, moves, asked, kept), begin
+            bounds, n = Bounds(half, bends, moves, asked, kept), begin
             while True:
                 n, asks = next_in_doubt(
                     arm,

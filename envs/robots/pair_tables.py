@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.compiled import njit_cached, njit_hot
+from envs.compiled import njit_cached, njit_hot, njit_inline
 from envs.problem import Array
 from envs.robots.arm import Arm
 from envs.robots.swept_pairs import nearing_between, place_of_nearing
@@ -37,6 +37,10 @@ _STEPS = 2
 
 _WIDER = 1e-9
 """By how much of a cell what is proved of it goes beyond its sides, for rounding."""
+
+
+_BEFORE = -(1 << 40)
+"""A column before all others."""
 
 
 class PairTables(NamedTuple):
@@ -143,42 +147,111 @@ def tables_of(arm: Arm, pairs: list[tuple[NDArray[np.int64], list[int]]]) -> Pai
 def place_in_tables(arm: Any, tables: Any, a: Any, b: Any, asked: float, kept: float) -> float:
     """A place t of the straight motion from a to b (d,) at which the parts of one of the pairs are
     no more than `asked` apart, or -1 if all are proved to keep more than `kept`, which is less, all
-    along."""
-    # In steps, so that cells are not asked again for each a little more.
-    level = 2.0 ** (math.ceil(_STEPS * math.log2(kept)) / _STEPS)
-    for n in range(len(tables.pairs)):
-        place = _place(arm, tables, n, a, b, asked, kept, level)
+    along: where tables do not prove that, the motion itself is asked."""
+    n, column, fine, level = 0, _BEFORE, _BEFORE, _level(kept)
+    while True:
+        n, column, fine = _next_unproved(arm, tables, a, b, level, n, column, fine)
+        if n == len(tables.pairs):
+            return -1.0
+        swaps, x, dx, y, dy = _course(tables, n, a, b)
+        begin, end = _stretch(x, dx, fine, 1.0 / _FINER)
+        there, beyond = a + begin * (b - a), a + end * (b - a)
+        place = place_of_nearing(arm, tables.pairs[n : n + 1], there, beyond, asked, kept)
         if place >= 0:
-            return place
-    return -1.0
+            return begin + place * (end - begin)
 
 
 @njit_cached
-def _place(
-    arm: Any, tables: Any, n: int, a: Any, b: Any, asked: float, kept: float, level: float
-) -> float:
-    """Of one pair: where the cells along a stretch are not proved to keep more than a level, which
-    is no less than `kept`, the stretch is asked."""
+def are_proved_by_tables(arm: Any, tables: Any, a: Any, b: Any, kept: float) -> bool:
+    """Whether the tables alone prove that the parts of all pairs keep more than `kept` on the
+    motion from a to b (d,)."""
+    found = _next_unproved(arm, tables, a, b, _level(kept), 0, _BEFORE, _BEFORE)
+    return bool(found[0] == len(tables.pairs))
+
+
+@njit_hot
+def are_known_by_tables(tables: Any, a: Any, b: Any, kept: float) -> bool:
+    """As `are_proved_by_tables`, by what cells have been asked already."""
+    return bool(_next_in_doubt(tables, a, b, _level(kept), 0, _BEFORE)[0] == len(tables.pairs))
+
+
+@njit_hot
+def _level(kept: float) -> float:
+    """What cells are asked for where so much is to be kept: in steps, so that they are not asked
+    again for each a little more."""
+    return float(2.0 ** (math.ceil(_STEPS * math.log2(kept)) / _STEPS))
+
+
+@njit_cached
+def _next_unproved(
+    arm: Any, tables: Any, a: Any, b: Any, level: float, n: int, column: int, fine: int
+) -> tuple[int, int, int]:
+    """The first pair from n on, the column of its cells, and the column of their parts, in which a
+    motion comes through cells that are not proved to keep more than a level; of pair n only what
+    comes after a column and the parts of it that are named counts. Cells are asked for that, which
+    were not yet.
+    """
+    while True:
+        if fine == _BEFORE:
+            n, column = _next_in_doubt(tables, a, b, level, n, column)
+            if n == len(tables.pairs):
+                return n, column, fine
+            fine = _FINER * column - 1
+        swaps, x, dx, y, dy = _course(tables, n, a, b)
+        begin, end = _stretch(x, dx, column, 1.0)
+        rows = (y + begin * dy, y + end * dy)
+        first = fine + 1
+        if first > _FINER * column or not _are_proved(
+            arm, tables, n, swaps, column, 1, rows, level
+        ):
+            for fine in range(first, _FINER * (column + 1)):
+                begin, end = _stretch(x, dx, fine, 1.0 / _FINER)
+                rows = (y + begin * dy, y + end * dy)
+                if begin > end:
+                    continue
+                if not _are_proved(arm, tables, n, swaps, fine, _FINER, rows, level):
+                    return n, column, fine
+        fine = _BEFORE
+
+
+@njit_hot
+def _next_in_doubt(
+    tables: Any, a: Any, b: Any, kept: float, n: int, column: int
+) -> tuple[int, int]:
+    """The first pair from n on, and column of its cells, on a motion from a to b (d,) where it is
+    not yet known to keep more than `kept`; of pair n only columns after one count.
+
+    One call walks through the tables of all pairs: to pass an arm on for each column takes longer
+    than to look.
+    """
+    while n < len(tables.pairs):
+        swaps, x, dx, y, dy = _course(tables, n, a, b)
+        column, last = max(column + 1, math.floor(min(x, x + dx))), math.floor(max(x, x + dx))
+        while column <= last:
+            begin, end = _stretch(x, dx, column, 1.0)
+            rows = (y + begin * dy, y + end * dy)
+            if not _are_known(tables, n, swaps, column, 1, rows, kept):
+                for fine in range(_FINER * column, _FINER * (column + 1)):
+                    begin, end = _stretch(x, dx, fine, 1.0 / _FINER)
+                    rows = (y + begin * dy, y + end * dy)
+                    if begin > end or _are_known(tables, n, swaps, fine, _FINER, rows, kept):
+                        continue
+                    return n, column
+            column += 1
+        n, column = n + 1, _BEFORE
+    return n, column
+
+
+@njit_inline
+def _course(tables: Any, n: int, a: Any, b: Any) -> tuple[bool, float, float, float, float]:
+    """How a motion goes through the cells of a pair: whether columns are those of the second axis,
+    where it begins among them and how far it goes, and so of rows. It is columns that it goes
+    through more of."""
     x, dx = _along(tables, n, 0, a, b)
     y, dy = _along(tables, n, 1, a, b)
-    swaps = abs(dy) > abs(dx)
-    if swaps:
-        x, dx, y, dy = y, dy, x, dx
-    for column in range(math.floor(min(x, x + dx)), math.floor(max(x, x + dx)) + 1):
-        begin, end = _stretch(x, dx, column, 1.0)
-        if _are_proved(arm, tables, n, swaps, column, 1, (y + begin * dy, y + end * dy), level):
-            continue
-        for fine in range(_FINER * column, _FINER * (column + 1)):
-            begin, end = _stretch(x, dx, fine, 1.0 / _FINER)
-            rows = (y + begin * dy, y + end * dy)
-            if begin > end or _are_proved(arm, tables, n, swaps, fine, _FINER, rows, level):
-                continue
-            there, beyond = a + begin * (b - a), a + end * (b - a)
-            pair = tables.pairs[n : n + 1]
-            place = place_of_nearing(arm, pair, there, beyond, asked, kept)
-            if place >= 0:
-                return begin + place * (end - begin)
-    return -1.0
+    if abs(dy) > abs(dx):
+        return True, y, dy, x, dx
+    return False, x, dx, y, dy
 
 
 @njit_hot
@@ -198,37 +271,41 @@ def _are_proved(
 ) -> bool:
     """Whether the cells in a column between two rows, in cells, are proved to keep more than
     `kept`: those of cells that are parted into `finer` along each axis, or 1."""
-    low, high = min(rows[0], rows[1]) * finer, max(rows[0], rows[1]) * finer
-    row, last = math.floor(low - _WIDER), math.floor(high + _WIDER)
-    while True:
-        row = _first_unproved(tables, n, swaps, column, finer, row, last, kept)
-        if row > last:
-            return True
+    row, last = _between_rows(rows, finer)
+    while row <= last:
         i, j = (row, column) if swaps else (column, row)
         if not _is_proved(arm, tables, n, i, j, finer, kept):
             return False
         row += 1
+    return True
 
 
-@njit_hot
-def _first_unproved(
-    tables: Any, n: int, swaps: bool, column: int, finer: int, row: int, last: int, kept: float
-) -> int:
-    """The first of some rows in a column whose cell is not known to keep more than `kept`; one more
-    than the last if there is none."""
+@njit_inline
+def _are_known(
+    tables: Any, n: int, swaps: bool, column: int, finer: int, rows: Any, kept: float
+) -> bool:
+    """Whether that is known already, see `_are_proved`, which does not ask for it then."""
+    row, last = _between_rows(rows, finer)
     while row <= last:
         i, j = (row, column) if swaps else (column, row)
         cell = _number(tables, n, i // finer, j // finer)
         if cell < 0:
-            return row
+            return False
         if kept > tables.proved[cell]:
             part = tables.parts[cell]
             if finer == 1 or part < 0:
-                return row
+                return False
             if kept > tables.proved[part + (i % finer) * finer + j % finer]:
-                return row
+                return False
         row += 1
-    return row
+    return True
+
+
+@njit_inline
+def _between_rows(rows: Any, finer: int) -> tuple[int, int]:
+    """The first and last row of cells between two places, in cells."""
+    low, high = min(rows[0], rows[1]) * finer, max(rows[0], rows[1]) * finer
+    return math.floor(low - _WIDER), math.floor(high + _WIDER)
 
 
 @njit_hot

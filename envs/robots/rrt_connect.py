@@ -59,11 +59,16 @@ def _shortest(wraps: Any, a: float, b: float, i: int) -> float:
 def reached(wraps: Any, a: Any, b: Any) -> Any:
     """The numbers (d,) with which one comes from a to b (d,) by the shortest way: b itself, but
     where it wraps."""
-    there = b.copy()
-    for i in range(len(b)):
-        if wraps[i]:
-            there[i] = a[i] + _shortest(wraps, a[i], b[i], i)
+    there = np.empty(len(b))
+    write_reached(wraps, a, b, there)
     return there
+
+
+@njit_hot
+def write_reached(wraps: Any, a: Any, b: Any, there: Any) -> None:
+    """Writes what `reached` gives."""
+    for i in range(len(b)):
+        there[i] = a[i] + _shortest(wraps, a[i], b[i], i) if wraps[i] else b[i]
 
 
 @njit_cached

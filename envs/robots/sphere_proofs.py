@@ -14,7 +14,7 @@ between them.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from envs.collision.gjk import at, hull_distance, moved
 from envs.collision.separation import corners, is_allowed, separated
 from envs.collision.shapes import BOX, CYLINDER, ROW
 from envs.compiled import njit_cached, njit_hot, njit_inline
+from envs.problem import Array
 from envs.robots.arm_clearance import NEAR, within_reach
 from envs.robots.swept_pairs import place_of_nearing
 
@@ -34,6 +35,31 @@ STACK = 512
 
 _FAR_APART = 0.002
 """Metres between the hulls of two meshes from which halving takes less time than their surfaces."""
+
+
+class Bodies(NamedTuple):
+    """Poses (1 + m, 3, 4) of an arm's bodies, the velocities (1 + m, 3) of their origins, and their
+    angular velocities (1 + m, 3)."""
+
+    poses: Array
+    shifts: Array
+    spins: Array
+
+
+class Bounds(NamedTuple):
+    """Of a share of a motion.
+
+    Attributes:
+        half: of the share.
+        bends, moves: (k,) bounds on accelerations and speeds, see `motion_proof.bound`.
+        asked, kept: in workspace units.
+    """
+
+    half: float
+    bends: Array
+    moves: Array
+    asked: float
+    kept: float
 
 
 @njit_inline
@@ -269,7 +295,7 @@ def _pair_by_spheres(
 @njit_inline
 def measures_of(bounds: Any, item: int) -> Any:
     """Half of the share, how far points may bend from straight ways in it, how far they may move in
-    it, and what is asked and kept, of one part or pair. See `next_in_doubt` for the bounds."""
+    it, and what is asked and kept, of one part or pair."""
     half, bends, moves, asked, kept = bounds
     return half, bends[item] * half * half / 2, moves[item] * half, asked, kept
 
@@ -296,8 +322,8 @@ def next_in_doubt(
     Args:
         items: numbers (k,) of parts, or of pairs after them.
         n, end: which of them are asked.
-        bounds: half of the share, bounds on accelerations and speeds, see `motion_proof.bound`,
-            and what is asked and kept.
+        bodies: `Bodies` in the middle of the share.
+        bounds: `Bounds`.
         states: (k,) what is known of each is written here.
         near: the obstacles are written here that are to be asked for their distances from a part.
         stack: room for `STACK` numbers.
