@@ -100,9 +100,18 @@ def motion_is_free(check: Any, a: Any, b: Any) -> bool:
 
     Returns:
         True if the robot is proved to keep more than half the tolerance all along, both ends
-        included. False means that somewhere it keeps no more than about the tolerance.
+        included. False means that somewhere it keeps no more than about the tolerance; of an arm
+        that it may be so: unless it is so near to something at a already, no more is asked than
+        spheres about its links tell, see `envs.robots.sphere_trees`.
     """
     return bool(_called(check.function, check.known, a, b) != 0)
+
+
+@njit_hot
+def motion_is_free_either_way(check: Any, a: Any, b: Any) -> bool:
+    """`motion_is_free` from a to b or from b to a, which is the same motion: for both ends that a
+    planner must come from, or has come from."""
+    return motion_is_free(check, a, b) or motion_is_free(check, b, a)
 
 
 _FUNCTIONS: dict[type, Callable[..., bool]] = {}

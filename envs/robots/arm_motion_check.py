@@ -60,8 +60,8 @@ class ArmMotionCheck(NamedTuple):
 @checks_motions(ArmMotionCheck)
 def _arm_motion_is_free(known: Any, a: Any, b: Any, size: int) -> bool:
     """Spheres, and what tables know already, tell of most motions. Distances, which take a hundred
-    times as long, are asked only of motions that begin or end among what spheres do not tell apart;
-    between other ends, what spheres do not tell apart is refused."""
+    times as long, are asked only of motions that begin where spheres do not tell apart what is
+    near: out of there a planner must come. Elsewhere what they do not tell apart is refused."""
     told = _told(known, array_at(a, size), array_at(b, size))
     if told <= BLOCKED:
         return bool(told == FREE)
@@ -73,18 +73,14 @@ def _told(known: Any, a: Any, b: Any) -> int:
     """What spheres and tables tell at once. What is in the way of a motion is nearly always in the
     way at its end, too, which is asked first."""
     check = known_as(known, "ArmMotionCheck")
-    room = check.room
+    room, kept = check.room, check.tolerance / 2
     write_reached(check.arm.tree.wraps, a, b, room.end)
-    at_end = _known_at(check, room.end)
-    if at_end == TOUCHING:
-        return BLOCKED
-    if at_end == NEAR:
-        return OPEN
-    on_way = _known_of(check, a, room.end)
-    if on_way == PROVED:
-        kept = check.tolerance / 2
-        return FREE if are_known_by_tables(check.tables, a, room.end, kept) else TABLES_LEFT
-    if on_way == TOUCHING or (on_way == NEAR and _known_at(check, a) == PROVED):
+    told = _known_at(check, room.end)
+    if told == PROVED:
+        told = _known_of(check, a, room.end)
+        if told == PROVED:
+            return FREE if are_known_by_tables(check.tables, a, room.end, kept) else TABLES_LEFT
+    if told == TOUCHING or (told == NEAR and _known_at(check, a) == PROVED):
         return BLOCKED
     return OPEN
 
@@ -100,10 +96,9 @@ def _found(known: Any, a: Any, b: Any, is_proved_by_spheres: bool) -> bool:
     if is_proved_by_spheres:
         if are_proved_by_tables(arm, tables, a, end, kept):
             return True
-        for q in (a, end):
-            if not are_proved_by_tables(arm, tables, q, q, kept):
-                return bool(place_in_tables(arm, tables, a, end, asked, kept) < 0)
-        return False
+        if are_proved_by_tables(arm, tables, a, a, kept):
+            return False
+        return bool(place_in_tables(arm, tables, a, end, asked, kept) < 0)
     if prove(*rest, end, end, asked, kept)[0] >= 0:
         return False
     return bool(prove(*rest, a, end, asked, kept)[0] < 0)

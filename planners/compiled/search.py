@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from envs.collision.motion_check import motion_is_free
+from envs.collision.motion_check import motion_is_free_either_way
 from envs.compiled import njit_cached, njit_hot
 from envs.compiled_space import SpaceArrays, distance, draw
 from planners.compiled.trees import FULL, JOINED, SEARCHING, connect, extend, write_path
@@ -28,7 +28,7 @@ def search(check: Any, space: SpaceArrays, trees: Any, step: float, samples: int
     nodes, counts = trees.nodes, trees.counts
     if trees.samples[0] == 0:
         for goal in range(counts[1]):
-            if motion_is_free(check, nodes[0, 0], nodes[1, goal]):
+            if motion_is_free_either_way(check, nodes[0, 0], nodes[1, goal]):
                 write_path(trees, 0, 0, goal)
                 return JOINED
     sample, tip = np.empty(nodes.shape[2]), np.empty(nodes.shape[2])

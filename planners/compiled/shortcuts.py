@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs import Environment
-from envs.collision.motion_check import motion_is_free
+from envs.collision.motion_check import motion_is_free_either_way
 from envs.compiled import compiled_for, njit_cached, njit_hot
 from envs.compiled_space import distance, go, space_arrays, uniform
 from envs.problem import Array
@@ -112,7 +112,7 @@ def shorten(check: Any, space: Any, path: Any, tries: int) -> int:
         if first == last or path.used[0] + more > len(path.places):
             continue
         gain = high - low - distance(space, begin, end)
-        if gain <= _LEAST_GAIN * total or not motion_is_free(check, begin, end):
+        if gain <= _LEAST_GAIN * total or not motion_is_free_either_way(check, begin, end):
             continue
         _replace(path, first, last, begin, end)
         taken, total = taken + 1, length(space, path)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.motion_check import motion_is_free
+from envs.collision.motion_check import motion_is_free, motion_is_free_either_way
 from envs.compiled import njit_cached
 from envs.compiled_space import distance, go
 from envs.problem import Array
@@ -137,7 +137,7 @@ def connect(
         if not extend(check, space, trees, other, near, goal, step, tip):
             return SEARCHING
         near = trees.counts[other] - 1
-    if not motion_is_free(check, trees.nodes[other, near], goal):
+    if not motion_is_free_either_way(check, trees.nodes[other, near], goal):
         return SEARCHING
     write_path(trees, tree, new, near)
     return JOINED
