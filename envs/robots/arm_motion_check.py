@@ -14,12 +14,7 @@ from envs.robots.arm import RobotArrays
 from envs.robots.kinematic_tree import body_motions
 from envs.robots.motion_places import PLACES, bodies_at_places
 from envs.robots.motion_proof import bound, prove
-from envs.robots.pair_tables import (
-    PairTables,
-    are_known_by_tables,
-    are_proved_by_tables,
-    place_in_tables,
-)
+from envs.robots.pair_tables import PairTables, are_known_by_tables, keep_by_cells
 from envs.robots.place_proofs import NEAR, PROVED, TOUCHING, UNKNOWN, ask_spheres
 from envs.robots.rrt_connect import reached, write_reached
 from envs.robots.sphere_proofs import next_in_doubt
@@ -94,11 +89,7 @@ def _found(known: Any, a: Any, b: Any, is_proved_by_spheres: bool) -> bool:
     rest = arm, trees, tables, check.around, check.may_touch
     end = reached(arm.tree.wraps, a, b)
     if is_proved_by_spheres:
-        if are_proved_by_tables(arm, tables, a, end, kept):
-            return True
-        if are_proved_by_tables(arm, tables, a, a, kept):
-            return False
-        return bool(place_in_tables(arm, tables, a, end, asked, kept) < 0)
+        return bool(keep_by_cells(arm, tables, a, end, asked, kept))
     if prove(*rest, end, end, asked, kept)[0] >= 0:
         return False
     return bool(prove(*rest, a, end, asked, kept)[0] < 0)

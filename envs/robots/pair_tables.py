@@ -162,16 +162,31 @@ def place_in_tables(arm: Any, tables: Any, a: Any, b: Any, asked: float, kept: f
 
 
 @njit_cached
-def are_proved_by_tables(arm: Any, tables: Any, a: Any, b: Any, kept: float) -> bool:
-    """Whether the tables alone prove that the parts of all pairs keep more than `kept` on the
-    motion from a to b (d,)."""
-    found = _next_unproved(arm, tables, a, b, _level(kept), 0, _BEFORE, _BEFORE)
-    return bool(found[0] == len(tables.pairs))
+def keep_by_cells(arm: Any, tables: Any, a: Any, b: Any, asked: float, kept: float) -> bool:
+    """Whether the parts of all pairs are proved to keep more than `kept` on the motion from a to b
+    (d,) by whole cells, which are asked for it where they were not yet. Only of pairs whose cell at
+    a is not proved the motion itself is asked, for no more than `asked`, which is more than `kept`.
+    """
+    n, column, level = 0, _BEFORE, _level(kept)
+    while True:
+        n, column = _next_in_doubt(tables, a, b, level, n, column)
+        if n == len(tables.pairs):
+            return True
+        swaps, x, dx, y, dy = _course(tables, n, a, b)
+        begin, end = _stretch(x, dx, column, 1.0)
+        rows = (y + begin * dy, y + end * dy)
+        if _are_proved(arm, tables, n, swaps, column, 1, rows, level):
+            continue
+        if _are_proved(arm, tables, n, swaps, math.floor(x), 1, (y, y), level):
+            return False
+        there, beyond = a + begin * (b - a), a + end * (b - a)
+        if place_of_nearing(arm, tables.pairs[n : n + 1], there, beyond, asked, kept) >= 0:
+            return False
 
 
 @njit_hot
 def are_known_by_tables(tables: Any, a: Any, b: Any, kept: float) -> bool:
-    """As `are_proved_by_tables`, by what cells have been asked already."""
+    """Whether that is known from what cells, and their parts, have been asked already."""
     return bool(_next_in_doubt(tables, a, b, _level(kept), 0, _BEFORE)[0] == len(tables.pairs))
 
 
