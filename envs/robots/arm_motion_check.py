@@ -13,7 +13,7 @@ from envs.compiled import njit_cached, njit_hot
 from envs.robots.arm import RobotArrays
 from envs.robots.kinematic_tree import body_motions
 from envs.robots.motion_places import PLACES, bodies_at_places
-from envs.robots.motion_proof import bound, prove
+from envs.robots.motion_proof import prove, turns_of
 from envs.robots.pair_tables import PairTables, are_known_by_tables, keep_by_cells
 from envs.robots.place_proofs import NEAR, PROVED, TOUCHING, UNKNOWN, ask_spheres
 from envs.robots.rrt_connect import reached, write_reached
@@ -132,9 +132,8 @@ def _known_of(check: Any, a: Any, b: Any) -> int:
     for joint in range(len(tree.parents)):
         k = tree.coordinates[joint]
         room.speeds[joint] = tree.ratios[joint] * (b[k] - a[k])
-    room.bends[:] = 0.0
-    room.moves[:] = 0.0
-    bound(arm, check.trees, room.speeds, room.bends, room.moves)
+    turns_of(tree, room.speeds, room.turned)
+    room.bends[:] = -1.0
     items, width = len(room.order), 1.0
     for n in range(items):
         room.shares[0, n], room.items[0, n] = 0, room.order[n]
@@ -144,7 +143,6 @@ def _known_of(check: Any, a: Any, b: Any) -> int:
         waiting = room.items[this]
         left = room.left
         end = following = 0
-        half = width / PLACES / 2
         while end < items:
             begin, share = end, shares[end]
             while end < items and shares[end] == share:
@@ -156,7 +154,7 @@ def _known_of(check: Any, a: Any, b: Any) -> int:
                 check.around,
                 check.may_touch,
                 waiting[begin:end],
-                half,
+                width,
                 check.tolerance,
                 room,
                 left[begin:end],

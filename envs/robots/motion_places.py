@@ -96,6 +96,12 @@ def _turn(here: Any, there: Any, origin: Any, axis: Any, turns: Any) -> None:
     for i in range(3):
         row = there[4 * PLACES * i : 4 * PLACES * (i + 1)]
         _mount(here[4 * PLACES * i : 4 * PLACES * (i + 1)], row, origin)
+        if x == 0.0 and y == 0.0:  # as in most robots, and in a third of the time
+            for n in range(PLACES):
+                u, v = row[n], row[PLACES + n]
+                c, s = turns[n], z * turns[PLACES + n]
+                row[n], row[PLACES + n] = u * c + v * s, v * c - u * s
+            continue
         for n in range(PLACES):
             u, v, w = row[n], row[PLACES + n], row[2 * PLACES + n]
             c, s = turns[n], turns[PLACES + n]

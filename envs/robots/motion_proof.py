@@ -68,12 +68,12 @@ def prove(
     """
     tree, parts = arm.tree, arm.moving
     items = parts + len(arm.branches)
-    speeds, bends, moves = np.empty(len(tree.parents)), np.zeros(items), np.zeros(items)
+    speeds, bends, moves = np.empty(len(tree.parents)), np.empty(items), np.empty(items)
     for joint in range(len(speeds)):
         k = tree.coordinates[joint]
         speeds[joint] = tree.ratios[joint] * (b[k] - a[k])
-    bound(arm, trees, speeds, bends, moves)
     count = 1 + len(speeds)
+    bound(arm, trees, speeds, np.empty(count), bends, moves)
     bodies = Bodies(np.empty((count, 3, 4)), np.empty((count, 3)), np.empty((count, 3)))
     near, stack = np.empty(len(around.rows), dtype=np.int64), np.empty(STACK, dtype=np.int64)
     shares, waiting = np.zeros(items, dtype=np.int64), np.empty(items, dtype=np.int64)
@@ -158,39 +158,58 @@ def nothing_within(arm: Any, around: Any, may_touch: Any, q: Any) -> bool:
 
 
 @njit_hot
-def bound(arm: Any, trees: Any, speeds: Any, bends: Any, moves: Any) -> None:
+def bound(arm: Any, trees: Any, speeds: Any, turned: Any, bends: Any, moves: Any) -> None:
     """Writes bounds (moving + k,) on the acceleration and the speed of any point of each part, and
-    of the points of each pair of parts as seen from each other, per unit of t."""
-    for part in range(arm.moving):
-        _add_bounds(arm, trees, speeds, part, 0, part, bends, moves)
-    for n in range(len(arm.branches)):
-        item, branch = arm.moving + n, arm.branches[n, 2]
-        _add_bounds(arm, trees, speeds, arm.branches[n, 0], branch, item, bends, moves)
-        _add_bounds(arm, trees, speeds, arm.branches[n, 1], branch, item, bends, moves)
+    of the points of each pair of parts as seen from each other, per unit of t.
+
+    Args:
+        speeds: (m,) of the joints.
+        turned: (1 + m,) is written to, see `turns_of`.
+    """
+    turns_of(arm.tree, speeds, turned)
+    for item in range(arm.moving + len(arm.branches)):
+        bends[item], moves[item] = bounds_of(arm, trees, speeds, turned, item)
 
 
 @njit_hot
-def _add_bounds(
-    arm: Any, trees: Any, speeds: Any, part: int, branch: int, item: int, bends: Any, moves: Any
-) -> None:
-    """Adds those of a part as seen from a body that it is on."""
-    tree = arm.tree
-    before, body = 0.0, arm.bodies[part]  # how fast the joints up to one turn it together
-    while body != branch:
-        if not tree.prismatic[body - 1]:
-            before += abs(speeds[body - 1])
-        body = tree.parents[body - 1]
+def turns_of(tree: Any, speeds: Any, turned: Any) -> None:
+    """Writes how fast the joints up to each body turn it together, at most, (1 + m,)."""
+    turned[0] = 0.0
+    for joint in range(len(speeds)):
+        turns = 0.0 if tree.prismatic[joint] else abs(speeds[joint])
+        turned[joint + 1] = turned[tree.parents[joint]] + turns
+
+
+@njit_hot
+def bounds_of(
+    arm: Any, trees: Any, speeds: Any, turned: Any, item: int
+) -> tuple[float, float]:
+    """Those of one part or pair of parts, see `bound`."""
+    if item < arm.moving:
+        return _seen_from(arm, trees, speeds, turned, item, 0)
+    pair = arm.branches[item - arm.moving]
+    bends, moves = _seen_from(arm, trees, speeds, turned, pair[0], pair[2])
+    more_bends, more_moves = _seen_from(arm, trees, speeds, turned, pair[1], pair[2])
+    return bends + more_bends, moves + more_moves
+
+
+@njit_hot
+def _seen_from(
+    arm: Any, trees: Any, speeds: Any, turned: Any, part: int, branch: int
+) -> tuple[float, float]:
+    """Those of a part as seen from a body that it is on."""
+    tree, body, bends, moves = arm.tree, arm.bodies[part], 0.0, 0.0
     more = trees.beyond[part]  # than what `reach` is of
-    body = arm.bodies[part]
     while body != branch:
         joint = body - 1
         speed = abs(speeds[joint])
         body = tree.parents[joint]
+        before = turned[body] - turned[branch]
         if tree.prismatic[joint]:
-            moves[item] += speed
-            bends[item] += 2 * speed * before
+            moves += speed
+            bends += 2 * speed * before
         else:
-            before -= speed
             reach = arm.reach[joint, part] + more
-            moves[item] += speed * reach
-            bends[item] += speed * (speed + 2 * before) * reach
+            moves += speed * reach
+            bends += speed * (speed + 2 * before) * reach
+    return bends, moves

@@ -10,10 +10,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from envs.collision.primitive_sdf import to_solid
 from envs.collision.separation import is_allowed
 from envs.collision.shapes import BOX, CYLINDER
 from envs.compiled import njit_hot, njit_inline, njit_simd
 from envs.robots.motion_places import BODY, PLACES, point_at_places
+from envs.robots.motion_proof import bounds_of
 
 PROVED, NEAR, UNKNOWN, TOUCHING = 0, 1, 2, 3
 """What spheres tell: that all keeps what it should, or may in smaller shares of the motion; that at
@@ -22,6 +24,12 @@ they tell nothing; that something is touched."""
 
 _ALL = (1 << PLACES) - 1
 """The mask of all places."""
+
+_MIDDLE = PLACES // 2
+"""The place nearest to the middle of a stretch, of two."""
+
+_FARTHEST = (_MIDDLE + 0.5) / PLACES
+"""From there to the farther end, of the stretch."""
 
 _LEAST = 1e-300
 """Instead of no length, where something is divided by it."""
@@ -34,55 +42,78 @@ def ask_spheres(
     around: Any,
     may_touch: Any,
     items: Any,
-    half: float,
+    width: float,
     tolerance: float,
     room: Any,
     left: Any,
 ) -> int:
-    """What spheres tell of parts and pairs of them in as many shares of a motion as there are
-    places, whose bodies are in the room.
+    """What spheres tell of parts and pairs of them in as many shares of a stretch of a motion as
+    there are places, whose bodies are in the room.
 
     One call asks about many, see `sphere_proofs.next_in_doubt`.
 
     Args:
         items: numbers (k,) of parts, or of pairs after them.
-        half: of a share.
+        width: of the stretch.
         tolerance: see `ArmMotionCheck`.
         room: `Room`.
         left: (k,) the masks are written here of the shares in which each is not proved yet.
     """
+    half = width / PLACES / 2
+    room.looked[-1] += 1
     for n in range(len(items)):
         item = items[n]
-        measures = half, room.bends[item] * half * half / 2, tolerance, tolerance / 2
+        if room.bends[item] < 0.0:
+            room.bends[item], room.moves[item] = bounds_of(
+                arm, trees, room.speeds, room.turned, item
+            )
+        # From the place in the middle to the farther end of the stretch.
+        moves = room.moves[item] * width * _FARTHEST
+        measures = half, room.bends[item] * half * half / 2, moves, tolerance, tolerance / 2
         if item < arm.moving:
-            body = arm.bodies[item]
-            known, left[n] = _part(trees, around, may_touch, item, body, measures, room)
+            known, left[n] = _part(arm, trees, around, may_touch, item, measures, room)
         else:
             part, other = arm.branches[item - arm.moving, 0], arm.branches[item - arm.moving, 1]
-            body, other_body = arm.bodies[part], arm.bodies[other]
-            known, left[n] = _pair(trees, part, other, body, other_body, measures, room)
+            known, left[n] = _pair(arm, trees, part, other, measures, room)
         if known != PROVED:
             return known
     return PROVED
 
 
 @njit_inline
+def _look(arm: Any, trees: Any, part: int, room: Any) -> None:
+    """Finds where the sphere is that holds a part, once a look."""
+    if room.looked[part] != room.looked[-1]:
+        room.looked[part] = room.looked[-1]
+        number = arm.bodies[part]
+        body = room.bodies[number * BODY : (number + 1) * BODY]
+        point_at_places(body, trees.centers[trees.firsts[part]], room.roots[part])
+
+
+@njit_inline
 def _part(
-    trees: Any, around: Any, may_touch: Any, part: int, number: int, measures: Any, room: Any
+    arm: Any, trees: Any, around: Any, may_touch: Any, part: int, measures: Any, room: Any
 ) -> tuple[int, int]:
     """What is known of a part and obstacles; and the mask of places that are left."""
-    half, bend, _, kept = measures
-    root, left = trees.firsts[part], 0
+    half, bend, moves, _, kept = measures
+    _look(arm, trees, part, room)
+    root, number, point, left = trees.firsts[part], arm.bodies[part], room.roots[part], 0
     body = room.bodies[number * BODY : (number + 1) * BODY]
-    point_at_places(body, trees.centers[root], room.other)
-    # No point of the part comes farther within half a share.
-    _reaches(room.other, half, trees.radii[root] + bend + kept, room.reaches)
+    radius = trees.radii[root]
+    x, y, z = point[_MIDDLE], point[PLACES + _MIDDLE], point[2 * PLACES + _MIDDLE]
+    is_reached = False
     for j in range(len(around.rows)):
+        is_mesh = around.roots[j] >= 0  # whose row does not tell how far it is
+        if not is_mesh and to_solid(around.rows, j, x, y, z) > radius + moves + kept:
+            continue
+        if not is_reached:  # no point of the part comes farther within half a share
+            _reaches(point, half, radius + bend + kept, room.reaches)
+            is_reached = True
         row = around.rows[j]
-        mask = _near_ball(room.other, room.reaches, row, room.apart)
+        mask = _near_ball(point, room.reaches, row, room.apart)
         if mask == 0 or is_allowed(may_touch, part, j):
             continue
-        if around.roots[j] >= 0:
+        if is_mesh:
             return UNKNOWN, left
         known, more = _part_and_solid(trees, root, body, row, measures, mask, room)
         if known != PROVED:
@@ -96,7 +127,7 @@ def _part_and_solid(
     trees: Any, root: int, body: Any, row: Any, measures: Any, mask: int, room: Any
 ) -> tuple[int, int]:
     """What is known of a part and a solid at some places; and the mask of those that are left."""
-    half, bend, asked, kept = measures
+    half, bend, _, asked, kept = measures
     waiting, point, apart, nearing = room.waiting, room.point, room.apart, room.nearing
     waiting[0], waiting[1] = root, mask
     size, left = 2, 0
@@ -137,20 +168,26 @@ def _part_and_solid(
 
 @njit_inline
 def _pair(
-    trees: Any, part: int, other: int, number: int, other_number: int, measures: Any, room: Any
+    arm: Any, trees: Any, part: int, other: int, measures: Any, room: Any
 ) -> tuple[int, int]:
     """What is known of a pair of parts; and the mask of places that are left."""
-    half, bend, _, kept = measures
+    half, bend, moves, _, kept = measures
+    _look(arm, trees, part, room)
+    _look(arm, trees, other, room)
+    point, there = room.roots[part], room.roots[other]
     root, other_root = trees.firsts[part], trees.firsts[other]
-    body = room.bodies[number * BODY : (number + 1) * BODY]
-    other_body = room.bodies[other_number * BODY : (other_number + 1) * BODY]
-    point_at_places(body, trees.centers[root], room.point)
-    point_at_places(other_body, trees.centers[other_root], room.other)
-    _to_point(room.point, room.other, half, room.apart, room.nearing)
-    least = trees.radii[root] + trees.radii[other_root] + bend + kept
-    mask = _unproved(room.apart, room.nearing, least)
+    radii = trees.radii[root] + trees.radii[other_root]
+    x, y = point[_MIDDLE] - there[_MIDDLE], point[PLACES + _MIDDLE] - there[PLACES + _MIDDLE]
+    z, beyond = point[2 * PLACES + _MIDDLE] - there[2 * PLACES + _MIDDLE], radii + moves + kept
+    if x * x + y * y + z * z > beyond * beyond:
+        return PROVED, 0
+    _to_point(point, there, half, room.apart, room.nearing)
+    mask = _unproved(room.apart, room.nearing, radii + bend + kept)
     if mask == 0:  # of most pairs, which takes less time than to pass on what follows
         return PROVED, 0
+    number, other_number = arm.bodies[part], arm.bodies[other]
+    body = room.bodies[number * BODY : (number + 1) * BODY]
+    other_body = room.bodies[other_number * BODY : (other_number + 1) * BODY]
     return _parts(trees, root, other_root, body, other_body, measures, mask, room)
 
 
@@ -166,7 +203,7 @@ def _parts(
     room: Any,
 ) -> tuple[int, int]:
     """What is known of two parts at some places; and the mask of those that are left."""
-    half, bend, asked, kept = measures
+    half, bend, _, asked, kept = measures
     waiting, apart, nearing = room.waiting, room.apart, room.nearing
     waiting[0], waiting[1], waiting[2] = root, other_root, mask
     size, left = 3, 0

@@ -26,8 +26,10 @@ class Room(NamedTuple):
             then of pairs.
         none: (m,) zeros.
         end: (d,) of a motion.
-        speeds: (m,) of joints.
-        bends, moves: (k,) see `motion_proof.bound`.
+        speeds, turned: (m,) of joints, (1 + m,) see `motion_proof.turns_of`.
+        bends, moves: (k,) see `motion_proof.bound`; negative where they have not been asked.
+        roots: (parts, POINT) centres of the spheres that hold them.
+        looked: (parts,) in which look they were found; the number of looks comes last.
         at: the bodies at a configuration.
         still: the bounds of a motion that goes nowhere.
         near, states: (obstacles,), (k,) see `next_in_doubt`.
@@ -44,8 +46,11 @@ class Room(NamedTuple):
     none: Array
     end: Array
     speeds: Array
+    turned: Array
     bends: Array
     moves: Array
+    roots: Array
+    looked: NDArray[np.int64]
     at: Bodies
     still: Bounds
     near: NDArray[np.int64]
@@ -73,8 +78,11 @@ class Room(NamedTuple):
             np.zeros(joints),
             np.empty(d),
             np.empty(joints),
+            np.empty(1 + joints),
             np.empty(k),
             np.empty(k),
+            np.empty((len(arm.bodies), POINT)),
+            np.zeros(len(arm.bodies) + 1, dtype=np.int64),
             Bodies(*(np.empty((1 + joints, *shape)) for shape in ((3, 4), (3,), (3,)))),
             Bounds(0.0, np.zeros(k), np.zeros(k), tolerance, tolerance / 2),
             np.empty(obstacles, dtype=np.int64),
