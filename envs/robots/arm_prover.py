@@ -18,7 +18,7 @@ from envs.problem import Array
 from envs.robots.arm import Arm
 from envs.robots.arm_motion_check import ArmMotionCheck
 from envs.robots.motion_proof import nothing_within, prove
-from envs.robots.pair_tables import PairTables, split, tables_of
+from envs.robots.pair_tables import PairTables, fill, split, tables_of
 from envs.robots.sphere_trees import SphereTrees, sphere_trees
 from envs.robots.working_room import Room
 
@@ -80,6 +80,7 @@ class ArmProver:
             return None
         pairs, tables = self.known.tabled if tolerance / 2 <= self._tabled else self.known.untabled
         robot = arrays._replace(branches=pairs)
+        fill(robot, tables, float(tolerance) / 2)
         known = self.known.trees, tables, self._around, self._may_touch
         room = Room.of(robot, len(self._around.rows), float(tolerance))
         return MotionCheck(ArmMotionCheck(robot, *known, float(tolerance), room))

@@ -60,6 +60,7 @@ class PairTables(NamedTuple):
         proved: (n + m,) what the two keep more than all over a cell, in metres, as far as it was
             asked; negative where it was not. Those of parts come last.
         open: (n + m,) the least that was asked of a cell without a proof; infinite if none was.
+        filled: (1,) what all cells have been asked for, see `fill`.
     """
 
     pairs: NDArray[np.int64]
@@ -74,6 +75,7 @@ class PairTables(NamedTuple):
     used: NDArray[np.int64]
     proved: Array
     open: Array
+    filled: Array
 
 
 def split(arm: Arm) -> tuple[NDArray[np.int64], PairTables]:
@@ -140,6 +142,7 @@ def tables_of(arm: Arm, pairs: list[tuple[NDArray[np.int64], list[int]]]) -> Pai
         used,
         proved,
         unproved,
+        np.zeros(1),
     )
 
 
@@ -155,18 +158,29 @@ def place_in_tables(arm: Any, tables: Any, a: Any, b: Any, asked: float, kept: f
             return -1.0
         swaps, x, dx, y, dy = _course(tables, n, a, b)
         begin, end = _stretch(x, dx, fine, 1.0 / _FINER)
-        there, beyond = a + begin * (b - a), a + end * (b - a)
-        place = place_of_nearing(arm, tables.pairs[n : n + 1], there, beyond, asked, kept)
+        place = _place_between(arm, tables, n, begin, end, a, b, asked, kept)
         if place >= 0:
-            return begin + place * (end - begin)
+            return place
+
+
+@njit_cached
+def fill(arm: Any, tables: Any, kept: float) -> None:
+    """Asks all cells, but no parts of them, whether pairs keep more than `kept`; once."""
+    level = _level(kept)
+    if level <= tables.filled[0]:
+        return
+    for n in range(len(tables.pairs)):
+        for i in range(tables.counts[n, 0]):
+            for j in range(tables.counts[n, 1]):
+                _is_proved(arm, tables, n, i, j, 1, level)
+    tables.filled[0] = level
 
 
 @njit_cached
 def keep_by_cells(arm: Any, tables: Any, a: Any, b: Any, asked: float, kept: float) -> bool:
     """Whether the parts of all pairs are proved to keep more than `kept` on the motion from a to b
-    (d,) by whole cells, which are asked for it where they were not yet. Only of pairs whose cell at
-    a is not proved the motion itself is asked, for no more than `asked`, which is more than `kept`.
-    """
+    (d,) by whole cells. Only of pairs whose cell at a is not proved the motion itself is asked, for
+    no more than `asked`, which is more than `kept`."""
     n, column, level = 0, _BEFORE, _level(kept)
     while True:
         n, column = _next_in_doubt(tables, a, b, level, n, column)
@@ -179,9 +193,27 @@ def keep_by_cells(arm: Any, tables: Any, a: Any, b: Any, asked: float, kept: flo
             continue
         if _are_proved(arm, tables, n, swaps, math.floor(x), 1, (y, y), level):
             return False
-        there, beyond = a + begin * (b - a), a + end * (b - a)
-        if place_of_nearing(arm, tables.pairs[n : n + 1], there, beyond, asked, kept) >= 0:
+        if _place_between(arm, tables, n, begin, end, a, b, asked, kept) >= 0:
             return False
+
+
+@njit_cached
+def _place_between(
+    arm: Any,
+    tables: Any,
+    n: int,
+    begin: float,
+    end: float,
+    a: Any,
+    b: Any,
+    asked: float,
+    kept: float,
+) -> float:
+    """Where between two places of a motion from a to b a pair comes too near to each other, or -1;
+    see `place_in_tables`."""
+    there, beyond = a + begin * (b - a), a + end * (b - a)
+    place = place_of_nearing(arm, tables.pairs[n : n + 1], there, beyond, asked, kept)
+    return begin + place * (end - begin) if place >= 0 else -1.0
 
 
 @njit_hot
