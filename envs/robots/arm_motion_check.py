@@ -13,10 +13,10 @@ from envs.compiled import njit_cached, njit_hot
 from envs.robots.arm import RobotArrays
 from envs.robots.kinematic_tree import body_motions
 from envs.robots.motion_places import PLACES, bodies_at_places
-from envs.robots.motion_proof import prove, turns_of
+from envs.robots.motion_proof import prove_but_tables, turns_of
 from envs.robots.pair_tables import PairTables, are_known_by_tables, keep_by_cells
 from envs.robots.place_proofs import NEAR, PROVED, TOUCHING, UNKNOWN, ask_spheres
-from envs.robots.rrt_connect import reached, write_reached
+from envs.robots.rrt_connect import write_reached
 from envs.robots.sphere_proofs import next_in_doubt
 from envs.robots.sphere_trees import SphereTrees
 from envs.robots.working_room import Room
@@ -28,6 +28,10 @@ and tables have to be filled; that more must be asked."""
 _LEVELS = 4
 """Of shares, each a `PLACES`-th of the one before; what is left after these is not told by
 spheres."""
+
+
+_WAYS_OUT = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
+"""Shares of a motion after which it may have come away from what it begins near."""
 
 
 class ArmMotionCheck(NamedTuple):
@@ -77,22 +81,37 @@ def _told(known: Any, a: Any, b: Any) -> int:
             return FREE if are_known_by_tables(check.tables, a, room.end, kept) else TABLES_LEFT
     if told == TOUCHING or (told == NEAR and _known_at(check, a) == PROVED):
         return BLOCKED
-    return OPEN
+    return _from_way_out(check, a, room.end)
+
+
+@njit_hot
+def _from_way_out(check: Any, a: Any, b: Any) -> int:
+    """What is told of a motion, of whose beginning spheres tell too little: of the rest of it,
+    after a place to where it has come away from what is near."""
+    room = check.room
+    for share in _WAYS_OUT:
+        for i in range(len(a)):
+            room.out[i] = a[i] + share * (b[i] - a[i])
+        told = PROVED if share == 1.0 else _known_at(check, room.out)
+        if told == TOUCHING:
+            return BLOCKED
+        if told == PROVED:
+            return OPEN if share == 1.0 or _known_of(check, room.out, b) == PROVED else BLOCKED
+    return BLOCKED
 
 
 @njit_cached
 def _found(known: Any, a: Any, b: Any, is_proved_by_spheres: bool) -> bool:
-    """What tables that are filled now, and distances, tell of a motion."""
+    """What tables and distances tell of a motion that has been told of."""
     check = known_as(known, "ArmMotionCheck")
-    asked, kept = check.tolerance, check.tolerance / 2
-    arm, trees, tables = check.arm, check.trees, check.tables
-    rest = arm, trees, tables, check.around, check.may_touch
-    end = reached(arm.tree.wraps, a, b)
-    if is_proved_by_spheres:
-        return bool(keep_by_cells(arm, tables, a, end, asked, kept))
-    if prove(*rest, end, end, asked, kept)[0] >= 0:
-        return False
-    return bool(prove(*rest, a, end, asked, kept)[0] < 0)
+    asked, kept, end, out = check.tolerance, check.tolerance / 2, check.room.end, check.room.out
+    if not is_proved_by_spheres:
+        rest = check.arm, check.trees, check.around, check.may_touch
+        if prove_but_tables(*rest, out, out, asked, kept)[0] >= 0:
+            return False
+        if prove_but_tables(*rest, a, out, asked, kept)[0] >= 0:
+            return False
+    return bool(keep_by_cells(check.arm, check.tables, a, end, asked, kept))
 
 
 @njit_hot

@@ -66,6 +66,24 @@ def prove(
         may_touch: which parts may touch which of them, see `contacts_array`.
         asked, kept: in workspace units, the former more than the latter.
     """
+    place, touches = prove_but_tables(arm, trees, around, may_touch, a, b, asked, kept)
+    if place >= 0:
+        return place, touches
+    return place_in_tables(arm, tables, a, b, asked, kept), False
+
+
+@njit_cached
+def prove_but_tables(
+    arm: Any,
+    trees: Any,
+    around: Any,
+    may_touch: Any,
+    a: Any,
+    b: Any,
+    asked: float,
+    kept: float,
+) -> tuple[float, bool]:
+    """As `prove`, of all but the pairs that have tables."""
     tree, parts = arm.tree, arm.moving
     items = parts + len(arm.branches)
     speeds, bends, moves = np.empty(len(tree.parents)), np.empty(items), np.empty(items)
@@ -127,7 +145,7 @@ def prove(
                         next_shares[following], next_waiting[following] = child, waiting[n]
                         following += 1
         if following == 0:
-            return place_in_tables(arm, tables, a, b, asked, kept), False
+            return -1.0, False
         shares, waiting, items, width = next_shares, next_waiting, following, width / 2
     return shares[0] * width, False
 

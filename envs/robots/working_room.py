@@ -25,7 +25,7 @@ class Room(NamedTuple):
         order: (k,) numbers of parts, those farthest out first, as what moves most touches first;
             then of pairs.
         none: (m,) zeros.
-        end: (d,) of a motion.
+        end, out: (d,) of a motion; to where spheres do not tell enough of it.
         speeds, turned: (m,) of joints, (1 + m,) see `motion_proof.turns_of`.
         bends, moves: (k,) see `motion_proof.bound`; negative where they have not been asked.
         roots: (parts, POINT) centres of the spheres that hold them.
@@ -45,6 +45,7 @@ class Room(NamedTuple):
     order: NDArray[np.int64]
     none: Array
     end: Array
+    out: Array
     speeds: Array
     turned: Array
     bends: Array
@@ -76,6 +77,7 @@ class Room(NamedTuple):
         return Room(
             np.array([*range(arm.moving)[::-1], *range(arm.moving, k)], dtype=np.int64),
             np.zeros(joints),
+            np.empty(d),
             np.empty(d),
             np.empty(joints),
             np.empty(1 + joints),
