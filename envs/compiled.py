@@ -109,7 +109,9 @@ def njit_simd(function: _F) -> _F:
     """As `njit_quick`, for loops that processors are to take several rounds of at once: what is
     divided by 0 is infinite, as in NumPy, where it is an error elsewhere, which takes rounds one by
     one."""
-    compiled: _F = numba.njit(cache=True, fastmath=QUICK, error_model="numpy", **_UNCOUNTED)(function)
+    compiled: _F = numba.njit(cache=True, fastmath=QUICK, error_model="numpy", **_UNCOUNTED)(
+        function
+    )
     return compiled
 
 

@@ -14,11 +14,12 @@ from envs.robots.arm import RobotArrays
 from envs.robots.kinematic_tree import body_motions
 from envs.robots.motion_places import PLACES, bodies_at_places
 from envs.robots.motion_proof import prove_but_tables, turns_of
-from envs.robots.pair_tables import PairTables, are_known_by_tables, keep_by_cells
+from envs.robots.pair_tables import PairTables
 from envs.robots.place_proofs import NEAR, PROVED, TOUCHING, UNKNOWN, ask_spheres
 from envs.robots.rrt_connect import write_reached
 from envs.robots.sphere_proofs import next_in_doubt
 from envs.robots.sphere_trees import SphereTrees
+from envs.robots.table_proofs import are_known_by_tables, keep_by_cells
 from envs.robots.working_room import Room
 
 FREE, BLOCKED, TABLES_LEFT, OPEN = 0, 1, 2, 3

@@ -18,8 +18,9 @@ from envs.problem import Array
 from envs.robots.arm import Arm
 from envs.robots.arm_motion_check import ArmMotionCheck
 from envs.robots.motion_proof import nothing_within, prove
-from envs.robots.pair_tables import PairTables, fill, split, tables_of
+from envs.robots.pair_tables import PairTables, split, tables_of
 from envs.robots.sphere_trees import SphereTrees, sphere_trees
+from envs.robots.table_proofs import fill
 from envs.robots.working_room import Room
 
 

@@ -20,7 +20,6 @@ from envs.collision.separation import are_beyond, is_allowed, separated
 from envs.compiled import njit_cached, njit_hot
 from envs.robots.arm_clearance import apart, moved_rows
 from envs.robots.kinematic_tree import body_motions, body_poses
-from envs.robots.pair_tables import place_in_tables
 from envs.robots.sphere_proofs import (
     OPEN,
     REFUTED,
@@ -33,6 +32,7 @@ from envs.robots.sphere_proofs import (
     pair_by_distance,
     part_by_distances,
 )
+from envs.robots.table_proofs import place_in_tables
 
 _DEEPEST = 40
 """Halvings after which a motion is taken to be blocked: what is left is shorter than numbers
@@ -199,9 +199,7 @@ def turns_of(tree: Any, speeds: Any, turned: Any) -> None:
 
 
 @njit_hot
-def bounds_of(
-    arm: Any, trees: Any, speeds: Any, turned: Any, item: int
-) -> tuple[float, float]:
+def bounds_of(arm: Any, trees: Any, speeds: Any, turned: Any, item: int) -> tuple[float, float]:
     """Those of one part or pair of parts, see `bound`."""
     if item < arm.moving:
         return _seen_from(arm, trees, speeds, turned, item, 0)

@@ -1,5 +1,5 @@
-"""What spheres prove of an arm's parts, and of pairs of them, about many places of a motion at once,
-compiled.
+"""What spheres prove of an arm's parts, and of pairs of them, about many places of a motion at
+once, compiled.
 
 What is proved about a place, and why, says `sphere_proofs`, which asks one place at a time. Places
 are the bits of a mask.
@@ -7,32 +7,36 @@ are the bits of a mask.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from envs.collision.primitive_sdf import to_solid
 from envs.collision.separation import is_allowed
 from envs.collision.shapes import BOX, CYLINDER
-from envs.compiled import njit_hot, njit_inline, njit_simd
+from envs.compiled import njit_hot, njit_inline
 from envs.robots.motion_places import BODY, PLACES, point_at_places
 from envs.robots.motion_proof import bounds_of
+from envs.robots.place_distances import (
+    below,
+    fast,
+    near_ball,
+    reaches,
+    to_ball,
+    to_box,
+    to_cylinder,
+    to_point,
+    unproved,
+)
 
 PROVED, NEAR, UNKNOWN, TOUCHING = 0, 1, 2, 3
 """What spheres tell: that all keeps what it should, or may in smaller shares of the motion; that at
 some place they are no more than what is asked from something; that there is something near of which
 they tell nothing; that something is touched."""
 
-_ALL = (1 << PLACES) - 1
-"""The mask of all places."""
-
 _MIDDLE = PLACES // 2
 """The place nearest to the middle of a stretch, of two."""
 
 _FARTHEST = (_MIDDLE + 0.5) / PLACES
 """From there to the farther end, of the stretch."""
-
-_LEAST = 1e-300
-"""Instead of no length, where something is divided by it."""
 
 
 @njit_hot
@@ -107,10 +111,10 @@ def _part(
         if not is_mesh and to_solid(around.rows, j, x, y, z) > radius + moves + kept:
             continue
         if not is_reached:  # no point of the part comes farther within half a share
-            _reaches(point, half, radius + bend + kept, room.reaches)
+            reaches(point, half, radius + bend + kept, room.reaches)
             is_reached = True
         row = around.rows[j]
-        mask = _near_ball(point, room.reaches, row, room.apart)
+        mask = near_ball(point, room.reaches, row, room.apart)
         if mask == 0 or is_allowed(may_touch, part, j):
             continue
         if is_mesh:
@@ -136,26 +140,26 @@ def _part_and_solid(
         node, mask = waiting[size], waiting[size + 1]
         point_at_places(body, trees.centers[node], point)
         if row[16] == BOX:
-            _to_box(point, row, half, apart, nearing)
+            to_box(point, row, half, apart, nearing)
         elif row[16] == CYLINDER:
-            _to_cylinder(point, row, half, apart, nearing)
+            to_cylinder(point, row, half, apart, nearing)
         else:
-            _to_ball(point, row, half, apart, nearing)
+            to_ball(point, row, half, apart, nearing)
         radius, end = trees.radii[node], trees.skips[node]
-        mask &= _unproved(apart, nearing, radius + bend + kept)
+        mask &= unproved(apart, nearing, radius + bend + kept)
         if mask == 0:
             continue
         if end == node + 1:
-            if mask & _below(apart, trees.inner[node]):
+            if mask & below(apart, trees.inner[node]):
                 return TOUCHING, left
-            if mask & _below(apart, asked + radius):
+            if mask & below(apart, asked + radius):
                 return NEAR, left
             left |= mask
             continue
         # Smaller spheres would hardly prove it where they move that fast, and none touches.
-        fast = mask & _fast(apart, nearing, bend, asked + radius)
-        left |= fast
-        mask &= ~fast
+        hopeless = mask & fast(apart, nearing, bend, asked + radius)
+        left |= hopeless
+        mask &= ~hopeless
         child = node + 1
         while mask != 0 and child < end:
             if size > len(waiting) - 3:
@@ -167,9 +171,7 @@ def _part_and_solid(
 
 
 @njit_inline
-def _pair(
-    arm: Any, trees: Any, part: int, other: int, measures: Any, room: Any
-) -> tuple[int, int]:
+def _pair(arm: Any, trees: Any, part: int, other: int, measures: Any, room: Any) -> tuple[int, int]:
     """What is known of a pair of parts; and the mask of places that are left."""
     half, bend, moves, _, kept = measures
     _look(arm, trees, part, room)
@@ -181,8 +183,8 @@ def _pair(
     z, beyond = point[2 * PLACES + _MIDDLE] - there[2 * PLACES + _MIDDLE], radii + moves + kept
     if x * x + y * y + z * z > beyond * beyond:
         return PROVED, 0
-    _to_point(point, there, half, room.apart, room.nearing)
-    mask = _unproved(room.apart, room.nearing, radii + bend + kept)
+    to_point(point, there, half, room.apart, room.nearing)
+    mask = unproved(room.apart, room.nearing, radii + bend + kept)
     if mask == 0:  # of most pairs, which takes less time than to pass on what follows
         return PROVED, 0
     number, other_number = arm.bodies[part], arm.bodies[other]
@@ -212,24 +214,24 @@ def _parts(
         i, j, mask = waiting[size], waiting[size + 1], waiting[size + 2]
         point_at_places(body, trees.centers[i], room.point)
         point_at_places(other_body, trees.centers[j], room.other)
-        _to_point(room.point, room.other, half, apart, nearing)
+        to_point(room.point, room.other, half, apart, nearing)
         radii = trees.radii[i] + trees.radii[j]
-        mask &= _unproved(apart, nearing, radii + bend + kept)
+        mask &= unproved(apart, nearing, radii + bend + kept)
         if mask == 0:
             continue
         end, other_end = trees.skips[i], trees.skips[j]
         is_leaf, is_other_leaf = end == i + 1, other_end == j + 1
         if is_leaf and is_other_leaf:
             inner, other_inner = trees.inner[i], trees.inner[j]
-            if inner >= 0.0 and other_inner >= 0.0 and mask & _below(apart, inner + other_inner):
+            if inner >= 0.0 and other_inner >= 0.0 and mask & below(apart, inner + other_inner):
                 return TOUCHING, left
-            if mask & _below(apart, asked + radii):
+            if mask & below(apart, asked + radii):
                 return NEAR, left
             left |= mask
             continue
-        fast = mask & _fast(apart, nearing, bend, radii)
-        left |= fast
-        mask &= ~fast
+        hopeless = mask & fast(apart, nearing, bend, radii)
+        left |= hopeless
+        mask &= ~hopeless
         splits = is_other_leaf or (not is_leaf and trees.radii[i] > trees.radii[j])
         child, last = (i + 1, end) if splits else (j + 1, other_end)
         while mask != 0 and child < last:
@@ -240,118 +242,3 @@ def _parts(
             size += 3
             child = trees.skips[child]
     return PROVED, left
-
-
-@njit_simd
-def _below(values: Any, least: float) -> int:
-    """The mask of places whose values (PLACES,) are no more than something."""
-    mask = 0
-    for n in range(PLACES):
-        mask |= int(values[n] <= least) << n
-    return mask
-
-
-@njit_simd
-def _unproved(apart: Any, nearing: Any, least: float) -> int:
-    """The mask of places where a distance may become no more than something."""
-    mask = 0
-    for n in range(PLACES):
-        mask |= int(apart[n] - nearing[n] <= least) << n
-    return mask
-
-
-@njit_simd
-def _fast(apart: Any, nearing: Any, bend: float, least: float) -> int:
-    """The mask of places where a distance of more than something may go to nothing."""
-    mask = 0
-    for n in range(PLACES):
-        mask |= int((apart[n] > least) & (nearing[n] + bend > apart[n])) << n
-    return mask
-
-
-@njit_simd
-def _reaches(point: Any, half: float, reach: float, out: Any) -> None:
-    """Writes how far about a point (POINT,) what is within a reach of it comes in half a share."""
-    for n in range(PLACES):
-        u, v, w = point[3 * PLACES + n], point[4 * PLACES + n], point[5 * PLACES + n]
-        out[n] = reach + half * math.sqrt(u * u + v * v + w * w)
-
-
-@njit_simd
-def _near_ball(point: Any, reaches: Any, row: Any, room: Any) -> int:
-    """The mask of places where the sphere that holds a solid is within reach of a point."""
-    x, y, z, radius = row[9], row[10], row[11], row[15]
-    for n in range(PLACES):
-        dx, dy, dz = point[n] - x, point[PLACES + n] - y, point[2 * PLACES + n] - z
-        reach = reaches[n] + radius
-        room[n] = dx * dx + dy * dy + dz * dz - reach * reach
-    return _below(room, 0.0)
-
-
-@njit_simd
-def _to_box(point: Any, row: Any, half: float, apart: Any, nearing: Any) -> None:
-    """Writes how far a point (POINT,) is from a solid, a row of `Shapes.rows`, and how much nearer
-    its velocity brings it in half a share; see `sphere_proofs`."""
-    r0, r1, r2, r3, r4, r5 = row[0], row[1], row[2], row[3], row[4], row[5]
-    r6, r7, r8, ox, oy, oz = row[6], row[7], row[8], row[9], row[10], row[11]
-    ha, hb, hc, rounding = row[12], row[13], row[14], row[17]
-    for n in range(PLACES):
-        x, y, z = point[n] - ox, point[PLACES + n] - oy, point[2 * PLACES + n] - oz
-        u, v, w = point[3 * PLACES + n], point[4 * PLACES + n], point[5 * PLACES + n]
-        a, b, c = r0 * x + r1 * y + r2 * z, r3 * x + r4 * y + r5 * z, r6 * x + r7 * y + r8 * z
-        va, vb, vc = r0 * u + r1 * v + r2 * w, r3 * u + r4 * v + r5 * w, r6 * u + r7 * v + r8 * w
-        da, db, dc = abs(a) - ha, abs(b) - hb, abs(c) - hc
-        deep = min(max(da, max(db, dc)), 0.0)
-        a, b = math.copysign(max(da, 0.0), a), math.copysign(max(db, 0.0), b)
-        c = math.copysign(max(dc, 0.0), c)
-        away = math.sqrt(a * a + b * b + c * c)
-        apart[n] = away + deep - rounding
-        nearing[n] = half * abs(a * va + b * vb + c * vc) / max(away, _LEAST)
-
-
-@njit_simd
-def _to_cylinder(point: Any, row: Any, half: float, apart: Any, nearing: Any) -> None:
-    """As `_to_box`."""
-    r0, r1, r2, r3, r4, r5 = row[0], row[1], row[2], row[3], row[4], row[5]
-    r6, r7, r8, ox, oy, oz = row[6], row[7], row[8], row[9], row[10], row[11]
-    radius, height, rounding = row[12], row[13], row[17]
-    for n in range(PLACES):
-        x, y, z = point[n] - ox, point[PLACES + n] - oy, point[2 * PLACES + n] - oz
-        u, v, w = point[3 * PLACES + n], point[4 * PLACES + n], point[5 * PLACES + n]
-        a, b, c = r0 * x + r1 * y + r2 * z, r3 * x + r4 * y + r5 * z, r6 * x + r7 * y + r8 * z
-        va, vb, vc = r0 * u + r1 * v + r2 * w, r3 * u + r4 * v + r5 * w, r6 * u + r7 * v + r8 * w
-        out = math.sqrt(a * a + b * b)
-        aside, above = out - radius, abs(c) - height
-        deep = min(max(aside, above), 0.0)
-        aside, above = max(aside, 0.0), max(above, 0.0)
-        outward = aside * (a * va + b * vb) / max(out, _LEAST)
-        away = math.sqrt(aside * aside + above * above)
-        apart[n] = away + deep - rounding
-        nearing[n] = half * abs(outward + math.copysign(above, c) * vc) / max(away, _LEAST)
-
-
-@njit_simd
-def _to_ball(point: Any, row: Any, half: float, apart: Any, nearing: Any) -> None:
-    """As `_to_box`."""
-    ox, oy, oz, radius = row[9], row[10], row[11], row[17]
-    for n in range(PLACES):
-        x, y, z = point[n] - ox, point[PLACES + n] - oy, point[2 * PLACES + n] - oz
-        u, v, w = point[3 * PLACES + n], point[4 * PLACES + n], point[5 * PLACES + n]
-        away = math.sqrt(x * x + y * y + z * z)
-        apart[n] = away - radius
-        nearing[n] = half * abs(x * u + y * v + z * w) / max(away, _LEAST)
-
-
-@njit_simd
-def _to_point(point: Any, other: Any, half: float, apart: Any, nearing: Any) -> None:
-    """Writes how far two points (POINT,) are apart, and how much nearer their velocities bring them
-    in half a share."""
-    for n in range(PLACES):
-        x, y = point[n] - other[n], point[PLACES + n] - other[PLACES + n]
-        z = point[2 * PLACES + n] - other[2 * PLACES + n]
-        u = point[3 * PLACES + n] - other[3 * PLACES + n]
-        v = point[4 * PLACES + n] - other[4 * PLACES + n]
-        w = point[5 * PLACES + n] - other[5 * PLACES + n]
-        away = math.sqrt(x * x + y * y + z * z)
-        apart[n] = away
-        nearing[n] = half * abs(x * u + y * v + z * w) / max(away, _LEAST)

@@ -31,7 +31,7 @@ class Room(NamedTuple):
         roots: (parts, POINT) centres of the spheres that hold them.
         looked: (parts,) in which look they were found; the number of looks comes last.
         at: the bodies at a configuration.
-        still: the bounds of a motion that goes nowhere.
+        still: the bounds of a motion that goes nowhere; what is asked is all kept.
         near, states: (obstacles,), (k,) see `next_in_doubt`.
         waiting: (STACK,) spheres.
         bodies, turns: see `bodies_at_places`.
@@ -86,7 +86,7 @@ class Room(NamedTuple):
             np.empty((len(arm.bodies), POINT)),
             np.zeros(len(arm.bodies) + 1, dtype=np.int64),
             Bodies(*(np.empty((1 + joints, *shape)) for shape in ((3, 4), (3,), (3,)))),
-            Bounds(0.0, np.zeros(k), np.zeros(k), tolerance, tolerance / 2),
+            Bounds(0.0, np.zeros(k), np.zeros(k), tolerance, tolerance),
             np.empty(obstacles, dtype=np.int64),
             np.empty(k, dtype=np.int64),
             np.empty(STACK, dtype=np.int64),

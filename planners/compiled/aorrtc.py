@@ -30,7 +30,7 @@ class Aorrtc(CompiledRrtConnect):
     As far as time is not looked at, the same seed gives the same paths.
 
     Args:
-        range: the longest motion, in the environment's unit; by default a fifth of its extent.
+        range: the longest motion, in the environment's unit; by default a tenth of its extent.
 
     Raises:
         InputError: the range is not above 0.

@@ -1,4 +1,8 @@
-"""RRT-Connect (Kuffner and LaValle 2000), compiled, with proofs of all its motions."""
+"""RRT-Connect (Kuffner and LaValle 2000), compiled, with proofs of all its motions.
+
+It is the smaller tree that grows toward a sample ("balanced", LaValle 2006, "Planning Algorithms",
+section 5.5.3): one whose root is hard to get away from is worth all of them.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +37,7 @@ def search(check: Any, space: SpaceArrays, trees: Any, step: float, samples: int
                 return JOINED
     sample, tip = np.empty(nodes.shape[2]), np.empty(nodes.shape[2])
     for _ in range(samples):
-        this = trees.samples[0] % 2
+        this = _smaller(counts, trees.samples[0])
         other = 1 - this
         if max(counts[0], counts[1]) == nodes.shape[1]:
             return FULL
@@ -48,6 +52,14 @@ def search(check: Any, space: SpaceArrays, trees: Any, step: float, samples: int
         if found != SEARCHING:
             return found
     return SEARCHING
+
+
+@njit_hot
+def _smaller(counts: Any, samples: int) -> int:
+    """Which of two trees has fewer nodes (2,); in turn where they have as many."""
+    if counts[0] == counts[1]:
+        return int(samples % 2)
+    return 0 if counts[0] < counts[1] else 1
 
 
 @njit_hot

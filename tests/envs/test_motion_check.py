@@ -22,6 +22,8 @@ from envs.collision.motion_check import (
     motion_is_free,
 )
 from envs.problem import Array
+from envs.robots.arm import SLACK, Arm
+from envs.robots.sphere_trees import _to_solid, sphere_trees
 
 
 def room(folder: Path) -> Environment:
@@ -67,12 +69,32 @@ _LOOKED_AT = 10
 """Motions that are refused though states along them are free."""
 
 
+def sphere_reach(env: Environment) -> float:
+    """How far the spheres that tell of an arm's links reach out of these, at most."""
+    if not isinstance(env.robot, Arm):
+        return 0.0
+    trees = sphere_trees([part.placed for part in env.robot.parts])
+    rng = np.random.default_rng(0)
+    outward = rng.normal(size=(200, 3))
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    reach = 0.0
+    for n, part in enumerate(env.robot.parts):
+        for node in range(trees.firsts[n], trees.firsts[n + 1]):
+            if trees.skips[node] == node + 1:  # a leaf
+                points = trees.centers[node] + trees.radii[node] * outward
+                reach = max(
+                    reach, _to_solid(part.placed.solid.distance_row(part.placed.pose), points).max()
+                )
+    return reach
+
+
 @pytest.mark.parametrize("name", WORLDS)
 def test_what_is_taken_is_free_and_little_else_is_refused(name: str, tmp_path: Path) -> None:
     env = WORLDS[name](tmp_path)
     tolerance = env.planning_tolerance
     check, model = env.motion_check(tolerance), env.collision_model(tolerance / 2)
     assert check is not None
+    reach = sphere_reach(env)
     planners_model = env.collision_model(tolerance)
     rng = np.random.default_rng(5)
     taken = refused = 0
@@ -96,8 +118,25 @@ def test_what_is_taken_is_free_and_little_else_is_refused(name: str, tmp_path: P
             finer = np.linspace(0, 1, 4000)
             ends = (np.repeat([x], len(finer), 0) for x in (a, b))
             found = (model.clearance(q) for q in env.space.interpolate(*ends, finer))
-            assert min(found) <= 2 * tolerance
+            assert min(found) <= 2 * tolerance + 2 * reach  # two links may be near each other
     assert taken > 40
+
+
+@pytest.mark.parametrize("name", ["arm4", "arm6", "arm5:self_collision=true"])
+def test_from_where_spheres_do_not_tell_a_motion_is_asked_for_distances(name: str) -> None:
+    env = envs.make(name)
+    tolerance = env.planning_tolerance
+    check, model = env.motion_check(tolerance), env.collision_model(tolerance)
+    assert check is not None
+    rng, near = np.random.default_rng(6), 0
+    sampled = env.space.sample(rng, 30_000)
+    by_spheres = env.approximate_clearance(sampled)
+    for a in sampled[(by_spheres > -SLACK) & (by_spheres < tolerance / 2)]:
+        if model.clearance(a) > 1.5 * tolerance:
+            near += 1
+            b = a + rng.uniform(-1e-3, 1e-3, len(a))
+            assert check.is_free(a, b) == model.stays_free(a, b)
+    assert near > 10
 
 
 class Above(NamedTuple):

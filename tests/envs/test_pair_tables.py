@@ -16,7 +16,8 @@ from envs.problem import Array
 from envs.robots.arm import Arm, Part
 from envs.robots.arm_prover import ArmProver
 from envs.robots.kinematic_tree import Joint
-from envs.robots.pair_tables import PairTables, place_in_tables, split
+from envs.robots.pair_tables import PairTables, split
+from envs.robots.table_proofs import place_in_tables
 
 KEPT = 1e-3
 
