@@ -30,8 +30,7 @@ _LEVELS = 4
 """Of shares, each a `PLACES`-th of the one before; what is left after these is not told by
 spheres."""
 
-
-_WAYS_OUT = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0)
+_WAYS_OUT = (1 / 16, 1 / 8, 1 / 4, 1 / 2)
 """Shares of a motion after which it may have come away from what it begins near."""
 
 
@@ -80,9 +79,12 @@ def _told(known: Any, a: Any, b: Any) -> int:
         told = _known_of(check, a, room.end)
         if told == PROVED:
             return FREE if are_known_by_tables(check.tables, a, room.end, kept) else TABLES_LEFT
-    if told == TOUCHING or (told == NEAR and _known_at(check, a) == PROVED):
-        return BLOCKED
-    return _from_way_out(check, a, room.end)
+    if told == NEAR:
+        told = _known_at(check, a)
+        if told == NEAR:
+            return _from_way_out(check, a, room.end)
+        return BLOCKED if told == PROVED else _all_open(room)
+    return BLOCKED if told == TOUCHING else _all_open(room)
 
 
 @njit_hot
@@ -93,12 +95,23 @@ def _from_way_out(check: Any, a: Any, b: Any) -> int:
     for share in _WAYS_OUT:
         for i in range(len(a)):
             room.out[i] = a[i] + share * (b[i] - a[i])
-        told = PROVED if share == 1.0 else _known_at(check, room.out)
-        if told == TOUCHING:
-            return BLOCKED
+        told = _known_at(check, room.out)
+        if told == NEAR:
+            continue
         if told == PROVED:
-            return OPEN if share == 1.0 or _known_of(check, room.out, b) == PROVED else BLOCKED
-    return BLOCKED
+            told = _known_of(check, room.out, b)
+        if told == PROVED:
+            return OPEN
+        return _all_open(room) if told == UNKNOWN else BLOCKED
+    return _all_open(room)
+
+
+@njit_hot
+def _all_open(room: Any) -> int:
+    """Distances are to be asked of all of the motion."""
+    for i in range(len(room.end)):
+        room.out[i] = room.end[i]
+    return OPEN
 
 
 @njit_cached
@@ -117,12 +130,12 @@ def _found(known: Any, a: Any, b: Any, is_proved_by_spheres: bool) -> bool:
 
 @njit_hot
 def _known_at(check: Any, q: Any) -> int:
-    """What spheres tell of a configuration (d,)."""
+    """What spheres tell of a configuration (d,): of meshes among the obstacles nothing."""
     arm, room = check.arm, check.room
     body_motions(arm.tree, q, room.none, room.at.poses, room.at.shifts, room.at.spins)
     n, known = 0, PROVED
     while True:
-        n, _ = next_in_doubt(
+        n, asks = next_in_doubt(
             arm,
             check.trees,
             check.around,
@@ -140,7 +153,11 @@ def _known_at(check: Any, q: Any) -> int:
             return known
         if room.states[n] == TOUCHING:
             return TOUCHING
-        n, known = n + 1, NEAR
+        known = max(known, NEAR)
+        for k in range(asks):
+            if check.around.roots[room.near[k]] >= 0:
+                known = UNKNOWN
+        n += 1
 
 
 @njit_hot

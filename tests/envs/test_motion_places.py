@@ -7,12 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from arms import arm_of, at, sliding, turning
 
 from envs.collision.primitive_sdf import to_solid
-from envs.collision.shapes import Box, Cylinder, PlacedShape, Sphere
+from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape, Sphere
 from envs.problem import Array
 from envs.robots.arm import Arm, Part
+from envs.robots.arm_prover import ArmProver
 from envs.robots.kinematic_tree import Joint, body_motions
 from envs.robots.motion_places import BODY, PLACES, POINT, bodies_at_places, point_at_places
 from envs.robots.place_distances import to_ball, to_box, to_cylinder, to_point, unproved
@@ -110,3 +112,26 @@ def test_a_place_is_left_where_two_points_may_come_too_near() -> None:
     assert nearing == pytest.approx(0.1 * np.abs((way * velocity).sum(axis=0)) / away)
     left = unproved(apart, nearing, 0.8)
     assert [bool(left >> n & 1) for n in range(PLACES)] == list(apart - nearing <= 0.8)
+
+
+def test_motions_go_through_a_frame_that_is_one_mesh() -> None:
+    """Spheres about a mesh tell nothing of what is between its pieces."""
+    pieces = [trimesh.creation.box((0.1, 0.1, 1.0)), trimesh.creation.box((0.1, 0.1, 1.0))]
+    pieces[0].apply_translation((0.0, 0.5, 0.0))
+    pieces[1].apply_translation((0.0, 1.1, 0.0))
+    frame = trimesh.util.concatenate(pieces)
+    obstacle = PlacedShape(Mesh(frame.vertices, frame.faces), np.eye(4))
+    hand = trimesh.creation.box((0.6, 0.1, 0.1))
+    hand.apply_translation((0.3, 0.0, 0.0))
+    sliding_hand = arm_of(
+        [replace(sliding("x", 4.0), origin=at(-3, 0.8, 0)), turning("z")],
+        Part(2, PlacedShape(Mesh(hand.vertices, hand.faces), at(0, 0, 0))),
+    )
+    check = ArmProver(sliding_hand, [obstacle], None, 1.0).motion_check(1e-3)
+    assert check is not None
+    outside, within, beyond = np.array([[0.0, 0.0], [2.7, 0.0], [4.0, 0.0]])
+    assert check.is_free(outside, within)
+    assert check.is_free(outside, beyond)
+    assert check.is_free(within, beyond)
+    assert not check.is_free(within, within + [0.0, 1.5])
+    assert not check.is_free(outside + [0.0, 1.5], beyond + [0.0, 1.5])
