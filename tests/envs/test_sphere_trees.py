@@ -99,8 +99,8 @@ def test_velocities_and_bounds_of_accelerations_are_those_of_motions(
     for a, b in rng.uniform(arm.tree.lower, arm.tree.upper, (20, 2, arm.tree.dimension)):
         speeds = arrays.tree.ratios * (b - a)[arrays.tree.coordinates]
         count = arm.moving + len(arrays.branches)
-        bends, moves = np.zeros(count), np.zeros(count)
-        bound(arrays, trees, speeds, bends, moves)
+        bends, moves = np.full(count, np.nan), np.full(count, np.nan)
+        bound(arrays, trees, speeds, np.empty(1 + len(speeds)), bends, moves)
         t, s = rng.uniform(0, 1), rng.uniform(-0.5, 0.5)
         now, then = (centers(arm, trees, a + x * (b - a)) for x in (t, t + s))
         velocity = velocities(arm, trees, a + t * (b - a), speeds)
