@@ -52,6 +52,16 @@ class UnknownNameError(InputError):
         super().__init__(f"unknown {kind} {name!r}; {instead or suggestion(name, known)}")
 
 
+class GroupNameError(UnknownNameError):
+    """A name of several where one is asked for."""
+
+    def __init__(self, kind: str, name: str, members: Iterable[str]) -> None:
+        InputError.__init__(
+            self,
+            f"{name!r} names several {kind}s, of which one is asked for here: {', '.join(members)}",
+        )
+
+
 def suggestion(name: object, known: Iterable[str]) -> str:
     """The nearest of `known` to a misspelt `name`, which may be anything from outside, or all of
     them where none is near."""

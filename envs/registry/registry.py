@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any, Generic, TypeVar
 
-from envs.errors import InputError, UnknownNameError, reason
+from envs.errors import GroupNameError, InputError, UnknownNameError, reason
 from envs.registry.arguments import (
     alternatives,
     argument_text,
@@ -164,6 +164,9 @@ class Registry(Generic[T]):
             return [spec for spec in self.specs() if spec.in_all]
         return [spec for spec in self.specs() if name in spec.groups]
 
+    def _groups(self) -> set[str]:
+        return {"all", *(group for spec in self.specs() for group in spec.groups)}
+
     def entries(
         self, text: str, wanted: Callable[[Entry[T]], bool] = lambda entry: True
     ) -> list[Entry[T]]:
@@ -187,7 +190,7 @@ class Registry(Generic[T]):
 
     def _part(self, part: str, text: str) -> Entry[T]:
         try:
-            return self.entry(part)
+            return self._named(part, self._groups())
         except UnknownNameError as error:
             raise InputError(f"{error}{comma_hint(text, part)}") from error
 
@@ -212,13 +215,18 @@ class Registry(Generic[T]):
             InputError: the name or an argument is unknown or malformed, or a stranger's class
                 cannot be loaded or is of another kind.
         """
+        return self._named(text, may_be_group=())
+
+    def _named(self, text: str, may_be_group: Iterable[str]) -> Entry[T]:
+        """See `entry`; to a misspelt name these groups may be near, too."""
         name, _, rest = text.partition(":")
         self._read_plugins()
         names = self._names()
         if name not in names:
-            groups = {group for spec in self.specs() for group in spec.groups}
+            if name in self._groups():
+                raise GroupNameError(self.kind, name, [spec.id for spec in self.group(name)])
             instead = self._of_files.get(PurePath(name).suffix.lower(), "").format(name)
-            raise UnknownNameError(self.kind, name, [*names, *groups, "all"], instead)
+            raise UnknownNameError(self.kind, name, [*names, *may_be_group], instead)
         spec = names[name]
         chosen = parsed_arguments(text, rest)
         for key, stand_in in spec.without.items():

@@ -116,6 +116,23 @@ def test_mistakes_are_one_clear_line(text: str, said: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("all", "'all' names several things, of which one is asked for here: thing, other, any"),
+        ("few", "'few' names several things, of which one is asked for here: other"),
+        ("fex", "unknown thing 'fex'; choose from: any, broken, other, real, th*, thing"),
+    ],
+)
+def test_where_one_is_asked_for_groups_are_not_suggested(text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        registry().entry(text)
+    assert str(caught.value).startswith(said)
+    if text == "fex":
+        with pytest.raises(InputError, match="did you mean 'few'"):
+            registry().entries(text)
+
+
 @given(st.text(max_size=60))
 def test_any_text_is_an_entry_or_an_input_error(text: str) -> None:
     for known in (registry(), envs.REGISTRY, planners.REGISTRY):
