@@ -43,7 +43,8 @@ class CompiledCheck(NamedTuple):
 
 
 class MotionCheck:
-    """Proves motions free. Whoever uses `compiled` must keep this object as long.
+    """Proves motions free. Whoever uses `compiled` must keep this object as long, and ask it from
+    one thread at a time: some kinds work in arrays of their own.
 
     Args:
         check: of a kind that `checks_motions` knows, with arrays in C's order.
