@@ -73,10 +73,11 @@ def _searches() -> None:
 
 
 def _ask_check(world: Environment) -> None:
-    """What compiled planners ask."""
+    """What compiled planners ask, and others."""
     check = world.motion_check(world.planning_tolerance)
     assert check is not None
     check.is_free(world.lower, world.lower)
+    world.collision_model(world.planning_tolerance).stays_free(world.lower, world.lower)
 
 
 def _bodies() -> None:

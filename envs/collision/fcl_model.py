@@ -25,7 +25,7 @@ from envs.collision.continuous import DEFAULT_TOLERANCE
 from envs.collision.fcl_obstacles import broad_phases, fcl_transform, placed_in_fcl
 from envs.collision.first_contact import ENOUGH_STEPS, Place, first_contact
 from envs.collision.margin_search import FIRST_QUERIES
-from envs.collision.motion_check import MotionCheck
+from envs.collision.motion_check import MOTION_FREE, MOTION_TOUCHES, MotionCheck
 from envs.collision.separation import Shapes, clearances_of_each, contacts_array, shapes_of
 from envs.collision.shapes import POINT, Mesh, Obstacle, Robot, Solid
 from envs.problem import Array
@@ -48,6 +48,12 @@ class Prover(Protocol):
             far as lower bounds of it tell, or -1 if it is proved to be more than `kept` all along.
             And whether something surely touches there.
         """
+        ...
+
+    def told(self, a: Array, b: Array, tolerance: float) -> int:
+        """What is told of the motion, not always where: `MOTION_FREE` if it is proved to keep more
+        than half of a tolerance, in workspace units, `MOTION_TOUCHES` if something surely touches,
+        else `MOTION_NEARS`. See `motion_check`."""
         ...
 
     def nothing_within(self, q: Array) -> bool:
@@ -238,17 +244,17 @@ class CollisionModel:
             return self.segment_is_free(a, b)
         self.checks += 1
         if self._prover is not None:
-            return self._prover.prove(a, b, self.tolerance, self.tolerance / 2)[0] < 0
+            return self._prover.told(a, b, self.tolerance) == MOTION_FREE
         assert self._is_free is not None
         return self._is_free(a, b)
 
     def may_plan_at(self, q: Array) -> bool:
         """As `is_valid`, for planners: by proofs alone where these tell."""
         if self._prover is not None:
-            place, touches = self._prover.prove(q, q, self.tolerance, self.tolerance / 2)
-            if touches:
+            told = self._prover.told(q, q, self.tolerance)
+            if told == MOTION_TOUCHES:
                 return False
-            is_proved = place < 0
+            is_proved = told == MOTION_FREE
         else:
             is_proved = self._is_free is not None and self._is_free(q, q)
         if not is_proved:

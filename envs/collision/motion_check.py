@@ -1,9 +1,9 @@
 """Whether motions are free, for planners that are compiled themselves, and for others.
 
 A check is of a kind: a `NamedTuple` with what it knows of robot and obstacles, and a function
-(known, a, b, size) -> bool that is registered for it by `checks_motions`. To compiled code all
-checks are of one type, the address of that function and the memory of what it knows, so that a
-planner is compiled once for all kinds.
+(known, a, b, size) -> bool, or int where it tells more, that is registered for it by
+`checks_motions`. To compiled code all checks are of one type, the address of that function and the
+memory of what it knows, so that a planner is compiled once for all kinds.
 """
 
 from __future__ import annotations
@@ -22,12 +22,16 @@ from numpy.typing import NDArray
 from envs.compiled import c_function, compiled_for, njit_hot, type_of
 from envs.problem import Array
 
-_F = TypeVar("_F", bound=Callable[..., bool])
+_F = TypeVar("_F", bound=Callable[..., int])
 
 _Numbers = types.CPointer(types.float64)  # type: ignore[no-untyped-call]
 _SIGNATURE = types.int64(types.voidptr, _Numbers, _Numbers, types.int64)
 
 _WORD = 8  # bytes
+
+MOTION_FREE, MOTION_OPEN, MOTION_NEARS, MOTION_TOUCHES = 1, 0, -1, -2
+"""What checks answer of a motion: that it is proved free; that it is not. Those that tell more know
+of the latter that it may come as near as the tolerance somewhere, or that it touches something."""
 
 
 class CompiledCheck(NamedTuple):
@@ -64,10 +68,14 @@ class MotionCheck:
         known = np.array(list(_words(check)), dtype=np.int64)
         self.compiled = CompiledCheck(_COMPILED[kind].address, known)
         q = np.zeros(1)
-        self._ask = compiled_for(motion_is_free, self.compiled, q, q)
+        self._ask = compiled_for(told_of_motion, self.compiled, q, q)
 
     def is_free(self, a: Array, b: Array) -> bool:
         """`motion_is_free`, for code that is not compiled."""
+        return self.told(a, b) == MOTION_FREE
+
+    def told(self, a: Array, b: Array) -> int:
+        """`told_of_motion`, for code that is not compiled."""
         begin, end = (np.ascontiguousarray(x, dtype=np.float64) for x in (a, b))
         return self._ask(self.compiled, begin, end)
 
@@ -105,7 +113,13 @@ def motion_is_free(check: Any, a: Any, b: Any) -> bool:
         that it may be so: unless it is so near to something at a already, no more is asked than
         spheres about its links tell, see `envs.robots.sphere_trees`.
     """
-    return bool(_called(check.function, check.known, a, b) != 0)
+    return told_of_motion(check, a, b) == MOTION_FREE
+
+
+@njit_hot
+def told_of_motion(check: Any, a: Any, b: Any) -> int:
+    """`MOTION_FREE` as `motion_is_free`, else what is known instead."""
+    return int(_called(check.function, check.known, a, b))
 
 
 @njit_hot
@@ -115,7 +129,7 @@ def motion_is_free_either_way(check: Any, a: Any, b: Any) -> bool:
     return motion_is_free(check, a, b) or motion_is_free(check, b, a)
 
 
-_FUNCTIONS: dict[type, Callable[..., bool]] = {}
+_FUNCTIONS: dict[type, Callable[..., int]] = {}
 _COMPILED: dict[type, Any] = {}
 _TYPES: dict[str, Any] = {}
 

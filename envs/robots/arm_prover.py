@@ -10,13 +10,19 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from envs.collision.motion_check import MotionCheck
+from envs.collision.motion_check import (
+    MOTION_FREE,
+    MOTION_NEARS,
+    MOTION_OPEN,
+    MOTION_TOUCHES,
+    MotionCheck,
+)
 from envs.collision.separation import contacts_array, shapes_of
 from envs.collision.shapes import Obstacle
 from envs.compiled import compiled_for
 from envs.problem import Array
 from envs.robots.arm import Arm
-from envs.robots.arm_motion_check import ArmMotionCheck
+from envs.robots.arm_motion_check import ArmMotionCheck, QuickArmCheck
 from envs.robots.motion_proof import nothing_within, prove
 from envs.robots.pair_tables import PairTables, split, tables_of
 from envs.robots.sphere_trees import SphereTrees, sphere_trees
@@ -66,6 +72,22 @@ class ArmProver:
         q = np.zeros(self._arm.tree.space.size)
         return compiled_for(prove, *self._with_tables, q, q, 1.0, 1.0)
 
+    @cached_property
+    def _quick(self) -> MotionCheck | None:
+        """What is told quickly of planners' motions, to their tolerance."""
+        check = self._checked_to(self._tabled)
+        return None if check is None else MotionCheck(QuickArmCheck(check))
+
+    def told(self, a: Array, b: Array, tolerance: float) -> int:
+        if tolerance == self._tabled and self._quick is not None:
+            told = self._quick.told(a, b)
+            if told != MOTION_OPEN:
+                return told
+        place, touches = self.prove(a, b, tolerance, tolerance / 2)
+        if place < 0:
+            return MOTION_FREE
+        return MOTION_TOUCHES if touches else MOTION_NEARS
+
     def prove(self, a: Array, b: Array, asked: float, kept: float) -> tuple[float, bool]:
         robot, *rest = self._with_tables if kept <= self._tabled else self._without_tables
         begin, end = np.array([a, b], dtype=np.float64)
@@ -76,6 +98,11 @@ class ArmProver:
 
     def motion_check(self, tolerance: float) -> MotionCheck | None:
         """See `Environment.motion_check`; None of robots with spherical joints."""
+        check = self._checked_to(tolerance)
+        return None if check is None else MotionCheck(check)
+
+    def _checked_to(self, tolerance: float) -> ArmMotionCheck | None:
+        """What checks of motions to a tolerance know; None of robots with spherical joints."""
         arrays = self._arm.arrays
         if arrays.tree.spherical.any():
             return None
@@ -84,7 +111,7 @@ class ArmProver:
         fill(robot, tables, float(tolerance) / 2)
         known = self.known.trees, tables, self._around, self._may_touch
         room = Room.of(robot, len(self._around.rows), float(tolerance))
-        return MotionCheck(ArmMotionCheck(robot, *known, float(tolerance), room))
+        return ArmMotionCheck(robot, *known, float(tolerance), room)
 
     def nothing_within(self, q: Array) -> bool:
         return bool(nothing_within(self._arm.arrays, self._around, self._may_touch, q))

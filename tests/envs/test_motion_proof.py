@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,16 @@ from conftest import has_data
 import envs
 from envs import Environment
 from envs.collision.fcl_model import CollisionModel
-from envs.collision.shapes import Mesh, PlacedShape, Sphere
+from envs.collision.motion_check import (
+    MOTION_FREE,
+    MOTION_NEARS,
+    MOTION_OPEN,
+    MOTION_TOUCHES,
+)
+from envs.collision.shapes import Box, Mesh, PlacedShape, Sphere
 from envs.problem import Array
 from envs.robots.arm import Part
+from envs.robots.arm_prover import ArmProver
 from envs.scenes.arm_world import ArmWorld
 
 
@@ -61,6 +69,50 @@ def test_what_is_proved_keeps_the_tolerance_everywhere(text: str) -> None:
         least = min(exact.clearance(a + t * (b - a)) for t in np.linspace(0, 1, 300))
         assert least > tolerance / 2
     assert proved >= 20
+
+
+@pytest.mark.parametrize("text", ["arm4", "arm5:self_collision=true"])
+def test_what_is_told_quickly_of_planners_motions_is_so(text: str) -> None:
+    env = envs.make(text)
+    tolerance, exact = env.planning_tolerance, fcl_only(env)
+    prover = env.prover
+    assert isinstance(prover, ArmProver)
+    assert prover._quick is not None
+    count = Counter[int]()
+    rng = np.random.default_rng(8)
+    pairs = motions(env, 100)
+    pairs += [(a, a + rng.uniform(-0.2, 0.2, len(a))) for a, _ in pairs]
+    pairs += [(b, b) for _, b in pairs]
+    for a, b in pairs:
+        told = prover._quick.told(a, b)
+        count[told] += 1
+        place, _ = prover.prove(a, b, tolerance, tolerance / 2)
+        along = [exact.clearance(q) for q in np.linspace(a, b, 400)]
+        if told == MOTION_FREE:
+            assert place < 0
+            assert min(along) > tolerance / 2
+        elif told != MOTION_OPEN:
+            assert place >= 0
+            assert min(along) <= (0.01 if told == MOTION_TOUCHES else tolerance)  # of a sample
+        assert (prover.told(a, b, tolerance) == MOTION_FREE) == (place < 0)
+    assert count[MOTION_FREE] > 40
+    assert count[MOTION_TOUCHES] > 40
+    assert count[MOTION_OPEN] > 5
+
+
+def test_a_motion_that_ends_near_something_is_refused_by_its_end() -> None:
+    """A bar in whose sides spheres reach out, above a plate at less than the tolerance of planners
+    and at more; and within it."""
+    bar = PlacedShape(Box((0, 0, 0), (1.0, 0.2, 0.2)), at(0.5, 0, 0))
+    arm = arm_of([turning("z")], Part(1, bar))
+    for gap, told in ((0.001, MOTION_NEARS), (0.05, MOTION_FREE), (-0.12, MOTION_TOUCHES)):
+        plate = PlacedShape(Box((0, 0, 0), (0.6, 0.04, 0.6)), at(0.5, 0.1 + 0.02 + gap, 0))
+        world = ArmWorld(arm, [plate], "test")
+        assert 0.001 < world.planning_tolerance < 0.05
+        prover = world.prover
+        assert isinstance(prover, ArmProver)
+        assert prover._quick is not None
+        assert prover._quick.told(np.array([-1.0]), np.array([0.0])) == told
 
 
 @pytest.mark.parametrize("text", ["arm4", "arm6:self_collision=true"])
