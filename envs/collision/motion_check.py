@@ -27,6 +27,11 @@ _F = TypeVar("_F", bound=Callable[..., int])
 _Numbers = types.CPointer(types.float64)  # type: ignore[no-untyped-call]
 _SIGNATURE = types.int64(types.voidptr, _Numbers, _Numbers, types.int64)
 
+_SIGNATURE_OF_ENDS = types.int64(types.voidptr, _Numbers, types.int64)
+
+LANES = 16
+"""Configurations that are asked about at once."""
+
 _WORD = 8  # bytes
 
 MOTION_FREE, MOTION_OPEN, MOTION_NEARS, MOTION_TOUCHES = 1, 0, -1, -2
@@ -39,10 +44,12 @@ class CompiledCheck(NamedTuple):
 
     Attributes:
         function: the address of the kind's function.
+        of_ends: that of its function of many configurations, 0 if there is none.
         known: (n,) words, the kind's `NamedTuple` as Numba lays it out.
     """
 
     function: int
+    of_ends: int
     known: NDArray[np.int64]
 
 
@@ -64,9 +71,14 @@ class MotionCheck:
         if _TYPES.setdefault(kind.__name__, kind_type) != kind_type:
             raise TypeError(f"{kind.__name__} has fields of other types: {kind_type}")
         if kind not in _COMPILED:
-            _COMPILED[kind] = c_function(_FUNCTIONS[kind], _SIGNATURE)
+            tells = _OF_ENDS.get(kind)
+            _COMPILED[kind] = (
+                c_function(_FUNCTIONS[kind], _SIGNATURE),
+                c_function(tells, _SIGNATURE_OF_ENDS) if tells else None,
+            )
         known = np.array(list(_words(check)), dtype=np.int64)
-        self.compiled = CompiledCheck(_COMPILED[kind].address, known)
+        function, of_ends = (made.address if made else 0 for made in _COMPILED[kind])
+        self.compiled = CompiledCheck(function, of_ends, known)
         q = np.zeros(1)
         self._ask = compiled_for(told_of_motion, self.compiled, q, q)
 
@@ -99,6 +111,17 @@ def checks_motions(kind: type) -> Callable[[_F], _F]:
     return register
 
 
+def tells_of_ends(kind: type) -> Callable[[_F], _F]:
+    """As `checks_motions`, which a kind has besides: a function (known, ends, size) that is given
+    `LANES` configurations one after another, and returns a mask; see `touching_ends`."""
+
+    def register(function: _F) -> _F:
+        _OF_ENDS[kind] = function
+        return function
+
+    return register
+
+
 @njit_hot
 def motion_is_free(check: Any, a: Any, b: Any) -> bool:
     """Whether a motion is proved free.
@@ -123,6 +146,14 @@ def told_of_motion(check: Any, a: Any, b: Any) -> int:
 
 
 @njit_hot
+def touching_ends(check: Any, ends: Any) -> int:
+    """Which of many configurations, (LANES, size), are known to touch something: a mask, of which
+    bit n is that of the nth. No motion to one of them is free. One question takes about as long as
+    one motion."""
+    return int(_called_of_ends(check.of_ends, check.known, ends))
+
+
+@njit_hot
 def motion_is_free_either_way(check: Any, a: Any, b: Any) -> bool:
     """`motion_is_free` from a to b or from b to a, which is the same motion: for both ends that a
     planner must come from, or has come from."""
@@ -130,7 +161,8 @@ def motion_is_free_either_way(check: Any, a: Any, b: Any) -> bool:
 
 
 _FUNCTIONS: dict[type, Callable[..., int]] = {}
-_COMPILED: dict[type, Any] = {}
+_OF_ENDS: dict[type, Callable[..., int]] = {}
+_COMPILED: dict[type, tuple[Any, Any]] = {}
 _TYPES: dict[str, Any] = {}
 
 
@@ -168,23 +200,34 @@ array_at: Any = numba.carray  # type: ignore[attr-defined]
 """(a, size) -> the array (size,) at a pointer, in compiled code."""
 
 
-def _called_by_address(_context: Any, function: Any, known: Any, a: Any, b: Any) -> Any:
-    """What the function at an address answers."""
+def _call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Calls the function at an address with the memory of arrays, and the size of the last one's
+    last axis."""
+    word = ir.IntType(64)
+    arrays = [
+        context.make_array(of)(context, builder, value=value)
+        for of, value in zip(signature.args[1:], arguments[1:], strict=True)
+    ]
+    known, *numbers = [array.data for array in arrays]
+    given = [
+        builder.bitcast(known, ir.IntType(8).as_pointer()),
+        *(builder.bitcast(one, ir.DoubleType().as_pointer()) for one in numbers),
+        builder.extract_value(arrays[-1].shape, signature.args[-1].ndim - 1),
+    ]
+    takes = ir.FunctionType(word, [one.type for one in given])
+    return builder.call(builder.inttoptr(arguments[0], takes.as_pointer()), given)
 
-    def call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        word = ir.IntType(64)
-        numbers = ir.DoubleType().as_pointer()
-        whole = [
-            context.make_array(of)(context, builder, value=value)
-            for of, value in zip(signature.args[1:], arguments[1:], strict=True)
-        ]
-        memory = builder.bitcast(whole[0].data, ir.IntType(8).as_pointer())
-        takes = ir.FunctionType(word, [memory.type, numbers, numbers, word])
-        address = builder.inttoptr(arguments[0], takes.as_pointer())
-        ends = [builder.bitcast(end.data, numbers) for end in whole[1:]]
-        return builder.call(address, [memory, *ends, whole[1].nitems])
 
-    return types.int64(types.int64, known, a, b), call
+def _asked(_context: Any, function: Any, known: Any, a: Any, b: Any) -> Any:
+    return types.int64(types.int64, known, a, b), _call
 
 
-_called: Any = intrinsic(_called_by_address)
+def _asked_of_ends(_context: Any, function: Any, known: Any, ends: Any) -> Any:
+    return types.int64(types.int64, known, ends), _call
+
+
+_called: Any = intrinsic(_asked)
+"""What the function of a kind answers of a motion."""
+
+_called_of_ends: Any = intrinsic(_asked_of_ends)
+"""What its function of many configurations answers."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.motion_check import (
+    LANES,
     MOTION_FREE,
     MOTION_NEARS,
     MOTION_OPEN,
@@ -15,6 +16,7 @@ from envs.collision.motion_check import (
     array_at,
     checks_motions,
     known_as,
+    tells_of_ends,
 )
 from envs.collision.separation import Shapes
 from envs.compiled import njit_cached, njit_hot
@@ -28,6 +30,7 @@ from envs.robots.rrt_connect import write_reached
 from envs.robots.sphere_proofs import next_in_doubt
 from envs.robots.sphere_trees import SphereTrees
 from envs.robots.table_proofs import are_known_by_tables, keep_by_cells
+from envs.robots.touching_ends import ends_that_touch
 from envs.robots.working_room import Room
 
 FREE, BLOCKED, TABLES_LEFT, OPEN = 0, 1, 2, 3
@@ -99,6 +102,11 @@ def _arm_motion_is_free(known: Any, a: Any, b: Any, size: int) -> bool:
     if told <= BLOCKED:
         return bool(told == FREE)
     return bool(_found(known, array_at(a, size), array_at(b, size), told == TABLES_LEFT))
+
+
+@tells_of_ends(ArmMotionCheck)
+def _ends_that_touch(known: Any, ends: Any, size: int) -> int:
+    return int(ends_that_touch(known_as(known, "ArmMotionCheck"), array_at(ends, (LANES, size))))
 
 
 @njit_hot

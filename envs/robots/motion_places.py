@@ -1,4 +1,4 @@
-"""Where the bodies of an arm are at many places of a motion at once, compiled.
+"""Where the bodies of an arm are at many places of a motion, or configurations, at once, compiled.
 
 All numbers of a body stand side by side for the places, so that processors take several of these
 at a time (SIMD).
@@ -20,6 +20,9 @@ each at all places."""
 
 POINT = 6 * PLACES
 """Numbers of a point of a body: its coordinates and its velocity, each at all places."""
+
+_QUARTERS = 2 / math.pi
+"""Quarter turns in a radian."""
 
 _DOUBLINGS = (1, 2, 4, 8)
 """By which one place becomes `PLACES`."""
@@ -50,12 +53,40 @@ def bodies_at_places(
         speed = tree.ratios[joint] * (b[k] - a[k])
         value = tree.ratios[joint] * a[k] + tree.offsets[joint] + first * speed
         if tree.prismatic[joint]:
-            _slide(here, there, tree.origins[joint], tree.axes[joint], value, step * speed)
+            for n in range(PLACES):
+                turns[n] = value + n * step * speed
+            _slide(here, there, tree.origins[joint], tree.axes[joint], turns)
             _velocities(here, there, tree.axes[joint], speed, 0.0)
         else:
             _cosines_and_sines(value, step * speed, turns)
             _turn(here, there, tree.origins[joint], tree.axes[joint], turns)
             _velocities(here, there, tree.axes[joint], 0.0, speed)
+
+
+@njit_simd
+def bodies_at_configurations(tree: Any, q: Any, bodies: Any, turns: Any) -> None:
+    """Writes poses of the bodies at configurations (PLACES, d), as `bodies_at_places` does, which
+    are as though they stood still.
+
+    Args:
+        bodies, turns: see `bodies_at_places`.
+    """
+    bodies[:BODY] = 0.0
+    for n in range(PLACES):
+        bodies[n] = bodies[5 * PLACES + n] = bodies[10 * PLACES + n] = 1.0
+    for joint in range(len(tree.parents)):
+        parent, k = tree.parents[joint], tree.coordinates[joint]
+        here = bodies[parent * BODY : (parent + 1) * BODY]
+        there = bodies[(joint + 1) * BODY : (joint + 2) * BODY]
+        ratio, offset = tree.ratios[joint], tree.offsets[joint]
+        for n in range(PLACES):
+            turns[n] = ratio * q[n, k] + offset
+        if tree.prismatic[joint]:
+            _slide(here, there, tree.origins[joint], tree.axes[joint], turns)
+        else:
+            _cosines_and_sines_of(turns)
+            _turn(here, there, tree.origins[joint], tree.axes[joint], turns)
+        there[12 * PLACES :] = 0.0
 
 
 @njit_simd
@@ -89,6 +120,33 @@ def _cosines_and_sines(angle: float, step: float, out: Any) -> None:
 
 
 @njit_simd
+def _cosines_and_sines_of(turns: Any) -> None:
+    """Writes those (2 PLACES,) of angles (PLACES,) that stand there, to 1e-11: by series about the
+    nearest quarter turn, of which processors take several at a time."""
+    for n in range(PLACES):
+        quarters = math.floor(turns[n] * _QUARTERS + 0.5)
+        x = turns[n] - quarters / _QUARTERS
+        square = x * x
+        s = x * _series(square, 3.0, 5.0, 7.0, 9.0, 11.0, 13.0)
+        c = _series(square, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0)
+        quarters -= 4.0 * math.floor(quarters / 4.0)
+        is_odd = (quarters == 1.0) | (quarters == 3.0)
+        cosine, sine = (s, c) if is_odd else (c, s)
+        turns[n] = -cosine if (quarters == 1.0) | (quarters == 2.0) else cosine
+        turns[PLACES + n] = -sine if quarters >= 2.0 else sine
+
+
+@njit_simd
+def _series(square: float, a: float, b: float, c: float, d: float, e: float, f: float) -> float:
+    """1 - x^2 / (a (a - 1)) (1 - x^2 / (b (b - 1)) (...)): with even numbers the cosine of x, with
+    odd ones its sine over x."""
+    found = 1.0 - square / (f * (f - 1.0))
+    for n in (e, d, c, b, a):
+        found = 1.0 - square / (n * (n - 1.0)) * found
+    return found
+
+
+@njit_simd
 def _turn(here: Any, there: Any, origin: Any, axis: Any, turns: Any) -> None:
     """Writes the poses of a body that a joint turns, whose parent's are `here`, with cosines and
     sines (2 PLACES,); each row as in `kinematic_tree`."""
@@ -112,15 +170,15 @@ def _turn(here: Any, there: Any, origin: Any, axis: Any, turns: Any) -> None:
 
 
 @njit_simd
-def _slide(here: Any, there: Any, origin: Any, axis: Any, value: float, step: float) -> None:
-    """Writes the poses of a body that a joint slides."""
+def _slide(here: Any, there: Any, origin: Any, axis: Any, slides: Any) -> None:
+    """Writes the poses of a body that a joint slides so far (PLACES,)."""
     x, y, z = axis[0], axis[1], axis[2]
     for i in range(3):
         row = there[4 * PLACES * i : 4 * PLACES * (i + 1)]
         _mount(here[4 * PLACES * i : 4 * PLACES * (i + 1)], row, origin)
         for n in range(PLACES):
             along = row[n] * x + row[PLACES + n] * y + row[2 * PLACES + n] * z
-            row[3 * PLACES + n] += (value + n * step) * along
+            row[3 * PLACES + n] += slides[n] * along
 
 
 @njit_simd

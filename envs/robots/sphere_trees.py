@@ -39,8 +39,9 @@ class SphereTrees(NamedTuple):
         centers: (n, 3) in the frames of the parts' bodies, in metres.
         radii: (n,) in metres.
         skips: (n,) the number after the last that is below each; of a leaf the next.
-        inner: (n,) radii about the leaves' centres of spheres that are wholly within the part,
-            `NONE_INSIDE` where none is known; of others, too.
+        inner: (n,) radii about the leaves' centres of spheres that are wholly within the part; of
+            others how far from their centres such spheres of leaves below them reach, at most.
+            `NONE_INSIDE` where none is known.
         firsts: (p + 1,) where each part's begin: with the one that holds all of it.
         beyond: (p,) how far centres are outside of the sphere that holds the part, at most.
     """
@@ -91,7 +92,8 @@ def _add(
         _add(rows, centers[some], radii[some], inner[some])
     center = _middle(centers, radii)
     radius = float((np.linalg.norm(centers - center, axis=1) + radii).max())
-    rows[number] = center, radius * (1 + 1e-12), len(rows), NONE_INSIDE
+    deep = float((np.linalg.norm(centers - center, axis=1) + inner).max())
+    rows[number] = center, radius * (1 + 1e-12), len(rows), deep
 
 
 @njit_cached

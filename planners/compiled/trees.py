@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.motion_check import motion_is_free, motion_is_free_either_way
-from envs.compiled import njit_cached
+from envs.compiled import njit_cached, njit_hot
 from envs.compiled_space import distance, go
 from envs.problem import Array
 
@@ -22,10 +22,12 @@ class Trees(NamedTuple):
     Attributes:
         nodes: (2, n, size).
         parents: (2, n), -1 of roots, which come first.
+        refused: (2, n), how many motions from each were not free, of searches that mind it.
         costs: (2, n), the length of the way from a root to each, of searches that mind it.
         roots: (2,) how many.
         counts: (2,) of nodes.
         samples: (1,) how many were drawn.
+        failures: (1,) how many of them, since the last from which a tree grew.
         state: (1,) of the random numbers.
         path: (2 n, size), the first waypoints of which are the path, once the trees are joined.
         waypoints: (1,) how many.
@@ -33,10 +35,12 @@ class Trees(NamedTuple):
 
     nodes: Array
     parents: NDArray[np.int64]
+    refused: NDArray[np.int64]
     costs: Array
     roots: NDArray[np.int64]
     counts: NDArray[np.int64]
     samples: NDArray[np.int64]
+    failures: NDArray[np.int64]
     state: NDArray[np.uint64]
     path: Array
     waypoints: NDArray[np.int64]
@@ -47,9 +51,11 @@ class Trees(NamedTuple):
         return Trees(
             np.empty((2, n, size)),
             np.empty((2, n), np.int64),
+            np.zeros((2, n), np.int64),
             np.zeros((2, n)),
             np.zeros(2, np.int64),
             np.zeros(2, np.int64),
+            np.zeros(1, np.int64),
             np.zeros(1, np.int64),
             np.zeros(1, np.uint64),
             np.empty((2 * n, size)),
@@ -72,7 +78,8 @@ class Trees(NamedTuple):
         self.nodes[0, 0], self.nodes[1, : len(goals)] = start, goals
         self.parents[0, 0] = self.parents[1, : len(goals)] = -1
         self.roots[:] = 1, len(goals)
-        self.samples[0], self.state[0] = 0, seed
+        self.refused[0, 0] = self.refused[1, : len(goals)] = 0
+        self.samples[0], self.failures[0], self.state[0] = 0, 0, seed
         self.cut()
 
     def cut(self) -> None:
@@ -82,10 +89,14 @@ class Trees(NamedTuple):
     def enlarged(self) -> Trees:
         """The same with room for twice as many nodes."""
         larger = Trees.with_room(2 * self.room, self.nodes.shape[2])
-        for many, few in zip(larger[:3], self[:3], strict=True):
+        for many, few in zip(larger[:4], self[:4], strict=True):
             many[:, : self.room] = few
         return larger._replace(
-            roots=self.roots, counts=self.counts, samples=self.samples, state=self.state
+            roots=self.roots,
+            counts=self.counts,
+            samples=self.samples,
+            failures=self.failures,
+            state=self.state,
         )
 
 
@@ -101,19 +112,34 @@ def extend(
         step: the longest motion, by the space's distance.
         tip: (size,), room to work in.
     """
+    length = toward(space, trees.nodes[tree, near], q, step, tip)
+    return bool(grow(check, trees, tree, near, tip, length))
+
+
+@njit_cached
+def grow(check: Any, trees: Any, tree: int, near: int, tip: Any, length: float) -> bool:
+    """Adds a node to a tree, by a motion of a length from a node, if that is free."""
     nodes, count = trees.nodes, trees.counts[tree]
-    away = distance(space, nodes[tree, near], q)
-    if away <= step:
-        tip[:] = q
-    else:
-        go(space, nodes[tree, near], q, step / away, tip)
     if not motion_is_free(check, nodes[tree, near], tip):
         return False
     nodes[tree, count] = tip
-    trees.parents[tree, count] = near
-    trees.costs[tree, count] = trees.costs[tree, near] + min(away, step)
+    trees.parents[tree, count], trees.refused[tree, count] = near, 0
+    trees.costs[tree, count] = trees.costs[tree, near] + length
     trees.counts[tree] += 1
     return True
+
+
+@njit_hot
+def toward(space: Any, a: Any, q: Any, step: float, tip: Any) -> float:
+    """Writes where a motion from a toward q (size,) comes to that is no longer than a step; and
+    says how long it is."""
+    away = float(distance(space, a, q))
+    if away > step:
+        go(space, a, q, step / away, tip)
+    else:
+        for i in range(len(q)):
+            tip[i] = q[i]
+    return min(away, step)
 
 
 @njit_cached

@@ -15,8 +15,16 @@ from envs.collision.shapes import Box, Cylinder, Mesh, PlacedShape, Sphere
 from envs.problem import Array
 from envs.robots.arm import Arm, Part
 from envs.robots.arm_prover import ArmProver
-from envs.robots.kinematic_tree import Joint, body_motions
-from envs.robots.motion_places import BODY, PLACES, POINT, bodies_at_places, point_at_places
+from envs.robots.kinematic_tree import Joint, body_motions, body_poses
+from envs.robots.motion_places import (
+    BODY,
+    PLACES,
+    POINT,
+    _cosines_and_sines_of,
+    bodies_at_configurations,
+    bodies_at_places,
+    point_at_places,
+)
 from envs.robots.place_distances import to_ball, to_box, to_cylinder, to_point, unproved
 from envs.robots.sphere_proofs import _nearing
 
@@ -59,6 +67,31 @@ def test_bodies_are_where_they_are_one_by_one(begin: float, width: float) -> Non
         assert found[:, :12, place].reshape(poses.shape) == pytest.approx(poses, abs=1e-12)
         assert found[:, 12:15, place] == pytest.approx(shifts, abs=1e-12)
         assert found[:, 15:, place] == pytest.approx(spins, abs=1e-12)
+
+
+def test_bodies_at_configurations_are_where_they_are_one_by_one() -> None:
+    """Also where joints have turned several times."""
+    made = arm()
+    tree = made.arrays.tree
+    count = 1 + len(tree.parents)
+    bodies, poses = np.full(count * BODY, np.nan), np.empty((count, 3, 4))
+    for reach in (1.0, 20.0):
+        q = reach * np.random.default_rng(3).uniform(-1, 1, (PLACES, 5))
+        bodies_at_configurations(tree, q, bodies, np.empty(2 * PLACES))
+        found = bodies.reshape(count, 18, PLACES)
+        for place in range(PLACES):
+            body_poses(tree, q[place], poses)
+            assert found[:, :12, place].reshape(poses.shape) == pytest.approx(poses, abs=1e-9)
+        assert (found[:, 12:] == 0.0).all()
+
+
+@pytest.mark.parametrize("scale", [1e-9, 0.1, 1.0, 10.0, 1000.0])
+def test_cosines_and_sines_by_series(scale: float) -> None:
+    angles = scale * np.linspace(-math.pi, math.pi, PLACES)
+    turns = np.concatenate([angles, np.empty(PLACES)])
+    _cosines_and_sines_of(turns)
+    assert turns[:PLACES] == pytest.approx(np.cos(angles), abs=2e-11)
+    assert turns[PLACES:] == pytest.approx(np.sin(angles), abs=2e-11)
 
 
 def test_velocities_of_points_are_those_of_their_ways() -> None:
