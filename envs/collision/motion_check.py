@@ -26,7 +26,6 @@ _F = TypeVar("_F", bound=Callable[..., int])
 
 _Numbers = types.CPointer(types.float64)  # type: ignore[no-untyped-call]
 _SIGNATURE = types.int64(types.voidptr, _Numbers, _Numbers, types.int64)
-
 _SIGNATURE_OF_ENDS = types.int64(types.voidptr, _Numbers, types.int64)
 
 LANES = 16

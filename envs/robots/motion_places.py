@@ -43,9 +43,7 @@ def bodies_at_places(
     """
     step = width / PLACES
     first = begin + step / 2
-    bodies[:BODY] = 0.0
-    for n in range(PLACES):
-        bodies[n] = bodies[5 * PLACES + n] = bodies[10 * PLACES + n] = 1.0
+    _stand(bodies[:BODY])
     for joint in range(len(tree.parents)):
         parent, k = tree.parents[joint], tree.coordinates[joint]
         here = bodies[parent * BODY : (parent + 1) * BODY]
@@ -71,9 +69,7 @@ def bodies_at_configurations(tree: Any, q: Any, bodies: Any, turns: Any) -> None
     Args:
         bodies, turns: see `bodies_at_places`.
     """
-    bodies[:BODY] = 0.0
-    for n in range(PLACES):
-        bodies[n] = bodies[5 * PLACES + n] = bodies[10 * PLACES + n] = 1.0
+    _stand(bodies[:BODY])
     for joint in range(len(tree.parents)):
         parent, k = tree.parents[joint], tree.coordinates[joint]
         here = bodies[parent * BODY : (parent + 1) * BODY]
@@ -104,6 +100,14 @@ def point_at_places(body: Any, point: Any, out: Any) -> None:
         out[3 * PLACES + n] = body[12 * PLACES + n] + v * z - w * y
         out[4 * PLACES + n] = body[13 * PLACES + n] + w * x - u * z
         out[5 * PLACES + n] = body[14 * PLACES + n] + u * y - v * x
+
+
+@njit_simd
+def _stand(body: Any) -> None:
+    """Writes a body (BODY,) that stands at the origin: the base."""
+    body[:] = 0.0
+    for n in range(PLACES):
+        body[n] = body[5 * PLACES + n] = body[10 * PLACES + n] = 1.0
 
 
 @njit_simd
