@@ -20,6 +20,7 @@ from envs.collision.fcl_model import Allowed, CollisionModel, Prover, Searcher
 from envs.collision.motion_check import MotionCheck
 from envs.collision.part_scenes import PartScenes
 from envs.collision.shapes import Bodies, Obstacle, Robot
+from envs.plain_scene import PlainRobot, PlainScene
 from envs.problem import Array, Problem
 from envs.spaces import Coordinates, Space
 from envs.speed_model import SpeedModel
@@ -217,6 +218,12 @@ class Environment(ABC):
         default None, and they are told the configuration alone."""
         return None
 
+    @property
+    def plain_scene(self) -> PlainScene | None:
+        """Robot and scene as plain data, for planners that are other programs; None, which is the
+        default, where nobody has said how that is to be told."""
+        return None
+
     @abstractmethod
     def clearance(self, q: Array) -> Array:
         """The signed distance from the robot's surface to the obstacles.
@@ -379,6 +386,20 @@ class Environment(ABC):
             searcher=self.searcher,
             motion_check=lambda: self.motion_check(decides_to),
         )
+
+    def plain_scene_of(self, robot: PlainRobot) -> PlainScene:
+        """The `plain_scene` with a robot."""
+        solids = tuple(obstacle.solid.plain(obstacle.pose) for obstacle in self.obstacles)
+        wraps = self.space.wraps
+        return PlainScene(
+            *(self.fingerprint, self.lower, self.upper, wraps, self.tolerance),
+            *(robot, solids, self.plain_names),
+        )
+
+    @property
+    def plain_names(self) -> tuple[str, ...]:
+        """What `plain_scene` calls the obstacles, each unlike any other."""
+        return tuple(f"obstacle-{n}" for n in range(1, len(self.obstacles) + 1))
 
     def checked_pairs(self) -> CheckedPairs:
         """The pairs of shapes that must not touch in this scene, one by one, for messages."""

@@ -59,6 +59,11 @@ def _field(id: str, description: str, group: str = "", colour: str = "", **more:
     )
 
 
+def _peer(id: str, entry_point: str, description: str) -> Spec:
+    """Another program's planner, which is installed by whoever wants it."""
+    return Spec(id, f"planners.peers.{entry_point}", description, groups=("peers",), in_all=False)
+
+
 REGISTRY: Registry[Planner] = Registry(
     "planner",
     [
@@ -98,6 +103,8 @@ REGISTRY: Registry[Planner] = Registry(
             "planners.compiled.aorrtc:Aorrtc",
             "compiled RRT-Connect, repeated for ever shorter paths (AORRTC)",
         ),
+        _peer("mplib", "mplib:Mplib", "a peer: MPlib's RRT-Connect (python, range)"),
+        _peer("roboplan", "roboplan:RoboPlan", "a peer: RoboPlan's RRT-Connect (python, range)"),
         Spec(
             "mpnet-hybrid",
             "planners.mpnet.planner:MpnetPlanner",

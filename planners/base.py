@@ -6,11 +6,13 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import Enum
 from time import perf_counter
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
-from envs import Environment, Problem
-from envs.problem import Array
+from envs.problem import Array, Problem
 from envs.seeding import derived_seed
+
+if TYPE_CHECKING:  # which planners in interpreters of their own do without
+    from envs.environment import Environment
 
 
 class Status(str, Enum):
@@ -95,6 +97,12 @@ class Planner(ABC):
             elsewhere, so that its time here says nothing. None is recorded then; tables have the
             seconds that `stats["claimed_solve_s"]` claims in a column of their own, and no
             comparison of times uses them.
+        plans_from_data: bool, by default False, whether `setup` and `set_scene` are given plain
+            data (`envs.plain_scene.PlainScene`) instead of an environment, as planners want that
+            bring a collision model of their own; `unsupported` too.
+        interpreter: str, by default empty, the Python that is to run the planner, by its path,
+            where it is another than the harness's; an instance may set it. There must be NumPy
+            there; and all that the environment needs, unless `plans_from_data`.
         train_s: float, by default 0.0, seconds that making data and training took for the weights
             in use; `setup` may set it. It is reported as offline work.
 
@@ -120,6 +128,8 @@ class Planner(ABC):
     train_s: float = 0.0
     improves: bool = True
     planned_elsewhere: bool = False
+    plans_from_data: bool = False
+    interpreter: str = ""
 
     def unsupported(self, env: Environment) -> str | None:
         """Whether the planner can plan in an environment.
@@ -201,6 +211,18 @@ class Planner(ABC):
         Threads and processes that it begins must have ended when it returns, and those of pools
         and libraries be at rest: what works on is a fault (`LEFT_RUNNING`).
         """
+
+
+NOT_PLAIN = "it is told of robots and scenes as plain data, and nobody has said how for this one"
+"""Why a planner that plans from data does not in an environment without."""
+
+
+def why_unsupported(planner: Planner, env: Environment) -> str | None:
+    """Why a planner cannot plan in an environment, shown to it as it wants it; None if it can."""
+    if not planner.plans_from_data:
+        return planner.unsupported(env)
+    scene: Any = env.plain_scene
+    return NOT_PLAIN if scene is None else planner.unsupported(scene)
 
 
 @runtime_checkable

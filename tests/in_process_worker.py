@@ -11,12 +11,12 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import perf_counter, process_time
-from typing import Any
 
 import pytest
 
 from bench.execution import supervised_planner
 from bench.execution.answers import Attempt, SetUp
+from bench.execution.planner_queries import World
 from bench.execution.worker import in_memory
 from bench.storage.record import Fault
 from envs import Environment, Problem
@@ -28,15 +28,14 @@ class InProcessWorker:
     """Takes the place of `WorkerProcess`.
 
     Args:
-        env, planner: are made again here, as in a process.
-        fingerprint: that the environment must have.
+        world: whose environment is made again here, as in a process.
+        planner: is made again here.
         memory_limit_mb: is not enforced.
     """
 
-    def __init__(
-        self, env: Entry[Any], planner: Entry[Planner], fingerprint: str, memory_limit_mb: int
-    ) -> None:
-        self._env, self._entry, self._fingerprint = env, planner, fingerprint
+    def __init__(self, world: World, planner: Entry[Planner], memory_limit_mb: int) -> None:
+        self._env, self._entry = world.entry, planner
+        self._fingerprint = world.env.fingerprint
         self._planner: Planner | None = None
         self._world: Environment | None = None
         self._scene: Environment | None = None

@@ -7,6 +7,7 @@ import pytest
 import planners
 from envs import Environment
 from planners import Planner
+from planners.base import why_unsupported
 from planners.learning.learned_planner import LearnedPlanner
 
 
@@ -16,7 +17,7 @@ def set_up(id: str, env: Environment) -> Planner:
     if id == "recorded":
         pytest.skip("it gives what a file has; tests/planners/test_recorded.py writes some")
     planner = planners.make(id)
-    reason = planner.unsupported(env)
+    reason = why_unsupported(planner, env)
     if reason is None and isinstance(planner, LearnedPlanner) and not planner.weights_file(env):
         reason = "its weights do not ship"
     if reason is not None:

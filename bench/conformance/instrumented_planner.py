@@ -6,8 +6,9 @@ import json
 import os
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter, process_time
 from typing import Any
 
@@ -17,6 +18,7 @@ import psutil
 from bench.execution.worker import Claim, in_memory
 from envs import Environment, Path, Problem
 from envs.errors import reason
+from envs.plain_scene import PlainScene
 from envs.problem import Array
 from envs.registry import Entry
 from planners import Budget, Planner, PlannerResult, Status
@@ -38,7 +40,13 @@ class Probe(Planner):
         self._threads = _threads()
         self._variables = _thread_variables()
         self._planner: Planner = Entry.described(described).make()
+        self.plans_from_data = self._planner.plans_from_data
+        self.interpreter = self._planner.interpreter
         self._support = ""
+        of_data = self.plans_from_data
+        self._surroundings_of: Callable[[Any], _Surroundings] = (
+            _Surroundings.of_data if of_data else _Surroundings.of
+        )
 
     def unsupported(self, env: Environment) -> str | None:
         try:
@@ -52,8 +60,8 @@ class Probe(Planner):
         return answer
 
     def setup(self, env: Environment, *, seed: int) -> None:
-        self._env = env
-        self._before = _Surroundings.of(env)
+        self._look = partial(self._surroundings_of, env)
+        self._before = self._look()
         self._planner.setup(env, seed=seed)
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
@@ -62,7 +70,7 @@ class Probe(Planner):
         result = self._planner.solve(problem, budget)
         claim = _claim(result)
         spent, used = perf_counter() - begin, process_time() - used
-        changes = self._before.changes(_Surroundings.of(self._env))
+        changes = self._before.changes(self._look())
         same = (
             np.array_equal(e, q) for e, q in zip(ends, (problem.start, problem.goal), strict=True)
         )
@@ -142,10 +150,10 @@ def _status(result: Any) -> Status:
 
 @dataclass(frozen=True)
 class _Surroundings:
-    """What a planner could change of its environment."""
+    """What a planner could change of its environment: its clearances, or plain data."""
 
     fingerprint: str
-    clearances: Array
+    numbers: Array
 
     @staticmethod
     def of(env: Environment) -> _Surroundings:
@@ -153,11 +161,16 @@ class _Surroundings:
         q = env.space.sample(np.random.default_rng(0), _PROBES)
         return _Surroundings(env.fingerprint, env.clearance(q))
 
+    @staticmethod
+    def of_data(scene: PlainScene) -> _Surroundings:
+        _, numbers = scene.packed()
+        return _Surroundings(scene.fingerprint, numbers)
+
     def changes(self, now: _Surroundings) -> list[str]:
         found = []
         if now.fingerprint != self.fingerprint:
             found.append("the environment's definition")
-        if not np.array_equal(now.clearances, self.clearances):
+        if not np.array_equal(now.numbers, self.numbers):
             found.append("the environment's clearances")
         return found
 

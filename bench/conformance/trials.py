@@ -55,8 +55,8 @@ class Process(Protocol):
     def alive(self) -> bool: ...
 
 
-Start = Callable[[Entry[Environment], Entry[Planner], str], Process]
-"""Environment, planner and the environment's fingerprint to a process."""
+Start = Callable[[World, Entry[Planner]], Process]
+"""Environment and planner to a process."""
 
 
 @dataclass(frozen=True)
@@ -137,8 +137,8 @@ def probed(planner: Entry[Planner]) -> Entry[Planner]:
     )
 
 
-def _worker(env: Entry[Environment], planner: Entry[Planner], fingerprint: str) -> Process:
-    return WorkerProcess(env, planner, fingerprint, _MEMORY_LIMIT_MB)
+def _worker(world: World, planner: Entry[Planner]) -> Process:
+    return WorkerProcess(world, planner, _MEMORY_LIMIT_MB)
 
 
 def gathered(
@@ -194,7 +194,7 @@ class _Asked:
     @contextmanager
     def process(self) -> Iterator[tuple[Process, SetUp]]:
         """A new process in which the planner is set up, or a closed one if it cannot be."""
-        process = self.start(self.env, self.planner, self.world.fingerprint)
+        process = self.start(World(self.env, self.world), self.planner)
         try:
             set_up = process.set_up(_SEED, SETUP_LIMIT_S)
             if set_up.fault:

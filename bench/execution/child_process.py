@@ -27,13 +27,14 @@ class ChildProcess:
 
     Args:
         module: whose `main` it runs, with the descriptor of its end of the socket.
+        interpreter: the Python that runs it, by its path; by default this one.
 
     Attributes:
         connection: this end of the socket.
         working: whether it has been asked something and has not answered.
     """
 
-    def __init__(self, module: str) -> None:
+    def __init__(self, module: str, interpreter: str = "") -> None:
         self.working = False
         self._closed = False
         self._closing = threading.Lock()
@@ -41,12 +42,12 @@ class ChildProcess:
         self.connection, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(
-                launch.arguments(module, theirs.fileno()),
+                launch.arguments(module, theirs.fileno(), interpreter),
                 stdin=subprocess.DEVNULL,
                 stdout=self._log,
                 stderr=self._log,
                 pass_fds=[theirs.fileno()],
-                env=launch.variables(),
+                env=launch.variables(interpreter),
                 cwd=launch.COMMAND.start.folder,
                 start_new_session=True,  # a Ctrl-C is the harness's to handle
             )

@@ -19,6 +19,8 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
+import psutil
+
 import envs
 from bench.judging import METRIC_GROUP
 from envs import InputError
@@ -48,6 +50,9 @@ _NOT_OF_SPEED = re.compile(
 
 _SAFE_PATH = ["-P"] if sys.version_info >= (3, 11) else ["-I"]
 """Else Python, and the Pythons that it starts, would look into the current folder first."""
+
+_GUEST = Path(__file__).with_name("guest.py")
+_OF_ONE_PYTHON = frozenset(("PYTHONPATH", "PYTHONHOME", "PYTHONSTARTUP", "__PYVENV_LAUNCHER__"))
 
 _BOOT = (  # imports nothing before the path is ours
     "import sys; sys.path[:] = sys.argv[3:]; from importlib import import_module;"
@@ -140,16 +145,28 @@ class _Command:
 COMMAND = _Command()
 
 
-def arguments(module: str, descriptor: int) -> list[str]:
+def arguments(module: str, descriptor: int, interpreter: str = "") -> list[str]:
     """The command line of a process that runs a module's `main` and talks over a socket with this
-    descriptor."""
+    descriptor.
+
+    Args:
+        interpreter: another Python, by its path, with what is installed there; see
+            `bench.execution.guest`.
+    """
+    if interpreter:
+        lent = (str(Path(module.__file__ or "").parents[1]) for module in (envs, psutil))
+        return [interpreter, str(_GUEST), module, str(descriptor), *lent]
     path = COMMAND.start.path
     return [sys.executable, *_SAFE_PATH, "-c", _BOOT, module, str(descriptor), *path]
 
 
-def variables() -> dict[str, str]:
-    """The environment variables of a worker."""
-    return {**COMMAND.start.variables, **ONE_THREAD}
+def variables(interpreter: str = "") -> dict[str, str]:
+    """The environment variables of a worker; another interpreter is not told where this one finds
+    its modules."""
+    found = {**COMMAND.start.variables, **ONE_THREAD}
+    if interpreter:
+        return {name: value for name, value in found.items() if name not in _OF_ONE_PYTHON}
+    return found
 
 
 _OURS = ("bench", "envs", "planners")

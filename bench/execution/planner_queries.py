@@ -125,6 +125,18 @@ def planned_elsewhere(planner: Entry[Planner]) -> bool:
 
 
 @_query
+def interpreter(planner: Entry[Planner]) -> str:
+    """The Python that is to run it, by its path; empty for that of this process."""
+    return str(planner.make().interpreter)
+
+
+@_query
+def plans_from_data(planner: Entry[Planner]) -> bool:
+    """Whether it is given plain data instead of an environment."""
+    return bool(planner.make().plans_from_data)
+
+
+@_query
 def takes_device(planner: Entry[Planner]) -> bool:
     """Whether its class can be told on which device of PyTorch to run; the spec does not say."""
     parameters = inspect.signature(planner.spec.load()).parameters
@@ -142,7 +154,7 @@ def is_learned(planner: Entry[Planner]) -> bool:
 @_query
 def unsupported(planner: Entry[Planner], world: World) -> str | None:
     """Why it cannot plan there, or None if it can."""
-    return planner.make().unsupported(world.env)
+    return _why_unsupported(planner.make(), world)
 
 
 @_query
@@ -153,7 +165,7 @@ def weights_digest(planner: Entry[Planner], world: World) -> str:
         InputError: they cannot be read.
     """
     made = planner.make()
-    return made.weights_digest(world.env) if made.unsupported(world.env) is None else ""
+    return made.weights_digest(world.env) if _why_unsupported(made, world) is None else ""
 
 
 @_query
@@ -193,6 +205,12 @@ def train(planner: Entry[Planner], world: World) -> None:
     made = planner.make()
     assert isinstance(made, LearnedPlanner)
     trained(world.entry, planner, device=made.device)
+
+
+def _why_unsupported(planner: Planner, world: World) -> str | None:
+    from planners.base import why_unsupported  # not for commands that ask nothing
+
+    return why_unsupported(planner, world.env)
 
 
 def _lacks_weights(planner: Planner, env: Environment) -> TypeGuard[LearnedPlanner]:

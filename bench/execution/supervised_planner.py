@@ -12,6 +12,7 @@ from bench.execution import machine
 from bench.execution import planner_queries as queries
 from bench.execution.config import ProblemSet, RunConfig, on_device
 from bench.execution.measurement import stored_metrics
+from bench.execution.planner_queries import World
 from bench.execution.session import Costs, Session
 from bench.execution.worker_process import Attempt, SetUp, WorkerProcess, hard_limit_s
 from bench.judging.judge import Judgement
@@ -179,9 +180,8 @@ class SupervisedPlanner:
     def _started(self) -> SetUp:
         """How setting up went in a new process."""
         self._worker = WorkerProcess(
-            self._problem_set.entry,
+            World(self._problem_set.entry, self._problem_set.env),
             on_device(self._planner, self._config.device),
-            self._problem_set.env.fingerprint,
             self._config.memory_limit_mb,
         )
         seed = derived_seed("planner setup", self._config.seed)

@@ -22,7 +22,7 @@ import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,11 +31,14 @@ from bench.execution.left_running import Before
 from bench.execution.machine import MemoryPeak
 from bench.execution.process_group import below_cpu_s, own_cpu_s, tie_to_parent
 from bench.storage.record import Fault
-from envs import Environment, Problem
 from envs.errors import reason
-from envs.problem import Array
+from envs.plain_scene import PlainScene
+from envs.problem import Array, Problem
 from envs.registry import Entry
 from planners import Budget, Planner, Status
+
+if TYPE_CHECKING:  # what makes environments is not in every interpreter
+    from envs import Environment
 
 _MOST_SAID = 10_000  # characters at either end of what is said of an error
 
@@ -47,15 +50,15 @@ def main(descriptor: int) -> None:
     faulthandler.enable()
     tie_to_parent()
     try:
-        request, _ = protocol.receive(connection)
+        request, numbers = protocol.receive(connection)
         _limit_memory(request["memory_limit_mb"])
-        ready, answer = _set_up(connection, request)
+        ready, answer = _set_up(connection, request, numbers)
         protocol.send(connection, answer)
         while ready is not None:
-            request, _ = protocol.receive(connection)
+            request, numbers = protocol.receive(connection)
             path = None
             if request["asked"] == protocol.SCENE:
-                answer = ready.set_scene(connection, _problem(request))
+                answer = ready.set_scene(connection, request, numbers)
             else:
                 answer, path = _attempt(connection, ready.planner, request)
             protocol.send(connection, answer, path)
@@ -116,23 +119,52 @@ class _Timed:
         self.cpu_s = max(0.0, used + below - self._used)
 
 
+class _Made:
+    """The environment, made here."""
+
+    def __init__(self, request: protocol.Message, numbers: Array | None) -> None:
+        self.first: Environment = Entry.described(request["env"]).make()
+
+    def scene(self, request: protocol.Message, numbers: Array | None) -> Environment:
+        """That of a problem."""
+        return self.first.scene_of(_problem(request))
+
+
+class _Told:
+    """Scenes as plain data, which the parent sends."""
+
+    def __init__(self, request: protocol.Message, numbers: Array | None) -> None:
+        self._last: PlainScene | None = None
+        self.first = self.scene(request, numbers)
+
+    def scene(self, request: protocol.Message, numbers: Array | None) -> PlainScene:
+        """What is sent; the same again, if it is."""
+        assert numbers is not None
+        sent = PlainScene.of(request["scene"], numbers)
+        if self._last is None or self._last.fingerprint != sent.fingerprint:
+            self._last = sent
+        return self._last
+
+
 @dataclass
 class _Ready:
     """A planner that is set up.
 
     Attributes:
-        env: for which.
+        scenes: where those of problems come from.
         scene: that it is ready for; None once it failed to get ready for one.
     """
 
     planner: Planner
-    env: Environment
-    scene: Environment | None
+    scenes: _Made | _Told
+    scene: Environment | PlainScene | None
 
-    def set_scene(self, connection: socket.socket, problem: Problem) -> protocol.Message:
+    def set_scene(
+        self, connection: socket.socket, request: protocol.Message, numbers: Array | None
+    ) -> protocol.Message:
         """Has the planner get ready for a problem's scene, if it is not."""
-        timed, scene = _Timed(connection), self.env.scene_of(problem)
-        another = scene is not self.scene
+        scene: Any = self.scenes.scene(request, numbers)
+        timed, another = _Timed(connection), scene is not self.scene
         self.scene = None
         status, error = None, ""
         try:
@@ -155,13 +187,14 @@ def _problem(request: protocol.Message) -> Problem:
 
 
 def _set_up(
-    connection: socket.socket, request: protocol.Message
+    connection: socket.socket, request: protocol.Message, numbers: Array | None
 ) -> tuple[_Ready | None, protocol.Message]:
     """The planner, ready to solve, or None with the fault in the answer. Making it counts as
     setting up, importing it does not."""
     timed = _Timed(connection)
     try:
-        env: Environment = Entry.described(request["env"]).make()
+        scenes = (_Told if "scene" in request else _Made)(request, numbers)
+        env: Any = scenes.first
         if env.fingerprint != request["fingerprint"]:
             raise RuntimeError("the environment is not the same in every process")
         entry: Entry[Planner] = Entry.described(request["planner"])
@@ -180,7 +213,7 @@ def _set_up(
         return None, _said_of_setup(timed, Fault.OUT_OF_MEMORY.value, _told())
     except (Exception, SystemExit):  # noqa: BLE001  a planner may fail in any way
         return None, _said_of_setup(timed, Fault.ERROR.value, _told())
-    return _Ready(planner, env, env), {**_said_of_setup(timed, None, ""), "train_s": train_s}
+    return _Ready(planner, scenes, env), {**_said_of_setup(timed, None, ""), "train_s": train_s}
 
 
 def _said_of_setup(timed: _Timed, status: str | None, error: str) -> protocol.Message:

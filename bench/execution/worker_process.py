@@ -8,14 +8,17 @@ from multiprocessing import connection
 from time import monotonic
 from typing import Any, TypeVar
 
+from bench.execution import planner_queries as queries
 from bench.execution import protocol
 from bench.execution.answers import Attempt, Clock, Exchange, SetUp, attempt_of, set_up_of, storable
 from bench.execution.child_process import ChildProcess
 from bench.execution.launch import ONE_THREAD
+from bench.execution.planner_queries import World
 from bench.storage.record import Fault
-from envs import Problem
+from envs import Environment, Problem
 from envs.problem import Array
 from envs.registry import Entry
+from planners.base import NOT_PLAIN
 
 __all__ = [
     "GRACE_S",
@@ -62,38 +65,48 @@ class WorkerProcess:
     nothing from whoever plans meanwhile.
 
     Args:
-        env, planner: what the process makes for itself.
-        fingerprint: of the environment; a process that makes another is a fault.
+        world: what the process makes for itself, or is told of; one that makes another is a fault.
+        planner: what it makes there.
         memory_limit_mb: it may hold.
     """
 
-    def __init__(
-        self, env: Entry[Any], planner: Entry[Any], fingerprint: str, memory_limit_mb: int
-    ) -> None:
+    def __init__(self, world: World, planner: Entry[Any], memory_limit_mb: int) -> None:
         self._memory_limit_mb = memory_limit_mb
         self._largest_mb = 0.0  # as seen from here while it worked
-        self._child = ChildProcess("bench.execution.worker")
+        self._told = world.env if queries.plans_from_data(planner) else None
+        self._child = ChildProcess("bench.execution.worker", queries.interpreter(planner))
         self._described = {
-            "env": env.description,
+            "env": world.entry.description,
             "planner": planner.description,
-            "fingerprint": fingerprint,
+            "fingerprint": world.env.fingerprint,
         }
 
     def set_up(self, seed: int, limit_s: float) -> SetUp:
         """Makes environment and planner in the process and calls the planner's `setup`."""
         request = {**self._described, "seed": seed, "memory_limit_mb": self._memory_limit_mb}
+        return self._ask_ready(request, self._told, limit_s)
+
+    def _ask_ready(
+        self, request: protocol.Message, told: Environment | None, limit_s: float
+    ) -> SetUp:
+        """How getting ready goes, for an environment of which the process is told here if it is."""
+        numbers = None
+        if told is not None:
+            scene = told.plain_scene
+            if scene is None:
+                return SetUp(Fault.UNSUPPORTED.value, NOT_PLAIN, 0.0)
+            request["scene"], numbers = scene.packed()
         try:
-            return self._ask(request, limit_s, set_up_of)
+            return self._ask(request, limit_s, set_up_of, numbers)
         except _LostError as lost:
             return SetUp(lost.fault, lost.why, lost.spent_s)
 
     def set_scene(self, problem: Problem, limit_s: float) -> SetUp:
         """Has the planner get ready for the scene of a problem. After `CRASH`, `KILLED` or
         `OUT_OF_MEMORY` the process is gone."""
-        try:
-            return self._ask({"asked": protocol.SCENE, **_said(problem)}, limit_s, set_up_of)
-        except _LostError as lost:
-            return SetUp(lost.fault, lost.why, lost.spent_s)
+        request = {"asked": protocol.SCENE, **_said(problem)}
+        told = self._told and self._told.scene_of(problem)
+        return self._ask_ready(request, told, limit_s)
 
     def solve(
         self, problem: Problem, time_limit_s: float, stop_cost: float, grace_s: float = GRACE_S
@@ -137,8 +150,17 @@ class WorkerProcess:
         """Ends the process and what it has started; see `ChildProcess.close`."""
         self._child.close()
 
-    def _ask(self, request: protocol.Message, limit_s: float, read: _Reader[T]) -> T:
+    def _ask(
+        self,
+        request: protocol.Message,
+        limit_s: float,
+        read: _Reader[T],
+        numbers: Array | None = None,
+    ) -> T:
         """The answer, as `read` has it.
+
+        Args:
+            numbers: that go with the request.
 
         Raises:
             _LostError: the process died, hung, grew too large or made no sense. It is gone.
@@ -147,7 +169,7 @@ class WorkerProcess:
         self._largest_mb = 0.0
         self._child.resume()
         try:
-            protocol.send(self._child.connection, request)
+            protocol.send(self._child.connection, request, numbers)
             message, path = self._next(exchange)
             while "mark" in message:
                 exchange.note(message["mark"], self._child.connection)

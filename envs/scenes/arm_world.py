@@ -16,10 +16,12 @@ from envs.collision.motion_check import MotionCheck
 from envs.collision.part_scenes import PartScenes, part_scenes
 from envs.collision.shapes import PlacedShape, rounded
 from envs.environment import LinkGeometry
+from envs.plain_scene import PlainScene
 from envs.problem import Array
 from envs.robots import arm_clearance, rrt_connect
 from envs.robots.arm import SLACK, Arm
 from envs.robots.arm_prover import ArmProver
+from envs.robots.plain_arm import plain_arm
 from envs.robots.tip_and_stand import stand
 from envs.scenes.arm_problems import ArmProblems
 from envs.spaces import Space
@@ -97,6 +99,26 @@ class ArmWorld(ArmProblems):
         others = super().obstacle_names
         both = zip(self._names, others, strict=True)
         return [f"obstacle {name!r}" if name else other for name, other in both]
+
+    @property
+    def plain_names(self) -> tuple[str, ...]:
+        """Those that they have, but for names of links and for those that several have."""
+        taken = {link.name for link in self.robot.tree.links}
+        numbered = zip(self._names, super().plain_names, strict=True)
+        return tuple(
+            name if name and name not in taken and self._names.count(name) == 1 else number
+            for name, number in numbered
+        )
+
+    @property
+    def robot_name(self) -> str:
+        """What its makers call the robot, where that is known; else empty."""
+        return ""
+
+    @property
+    def plain_scene(self) -> PlainScene:
+        robot = plain_arm(self.robot, self.robot_name, self.plain_names, self.may_touch)
+        return self.plain_scene_of(robot)
 
     @cached_property
     def may_touch(self) -> NDArray[np.bool_] | None:

@@ -45,6 +45,11 @@ class ShippedArm(ArmWorld):
             raise InputError(f"{model}: scene must be between 0 and 2^32 - 1, not {scene}")
         tree, parts = read_urdf(_MODELS / f"{model}.urdf")
         super().__init__(Arm(tree, parts, self_collision), tabletop(scene), model, (scene,))
+        self._model_name = model
+
+    @property
+    def robot_name(self) -> str:
+        return self._model_name
 
 
 class UserArm(ArmWorld):
@@ -112,6 +117,11 @@ class UserArm(ArmWorld):
         arm = Arm(tree, parts, self_collision, allowed)
         allows = about.touching(links)
         super().__init__(arm, about.obstacles, "arm", names=about.names, allows=allows)
+        self._robot_name = robot
+
+    @property
+    def robot_name(self) -> str:
+        return self._robot_name
 
 
 def _description(urdf: str, robot: str) -> RobotDescription:

@@ -11,6 +11,7 @@ from envs.collision.motion_check import MotionCheck
 from envs.collision.separation import shapes_of
 from envs.environment import Environment
 from envs.free_space import GridComponents, connected_problems
+from envs.plain_scene import PlainRobot, PlainScene
 from envs.problem import Problem
 from envs.robots.point import PointRobot
 from envs.scenes import HALF_SIDE
@@ -52,6 +53,10 @@ class PointWorld(Environment):
     @property
     def is_point_robot(self) -> bool:
         return True
+
+    @property
+    def plain_scene(self) -> PlainScene:
+        return self.plain_scene_of(PlainRobot("ball", radius=self.robot.radius))
 
     @property
     def scene_seeds(self) -> tuple[int, ...]:

@@ -96,6 +96,10 @@ class _OfSet(ArmWorld):
 
     urdf: Path
 
+    @property
+    def robot_name(self) -> str:
+        return self.urdf.stem
+
     @cached_property
     def drawn_robot(self) -> Bodies:
         return DrawnArm(self.robot, self.urdf)

@@ -19,6 +19,7 @@ from sly_planners import WORK_S
 
 import envs
 import planners
+from bench.execution.planner_queries import World
 from bench.execution.worker_process import Attempt, WorkerProcess
 from bench.storage.record import COLUMNS, Fault, Record, encode_path
 from bench.storage.store import Store
@@ -30,7 +31,7 @@ from planners import Planner
 @contextmanager
 def worker(env: Environment, planner: type[Planner]) -> Iterator[WorkerProcess]:
     spec = Spec("sly", f"sly_planners:{planner.__name__}", "")
-    asked = WorkerProcess(envs.REGISTRY.entry("c3d"), Entry(spec, {}), env.fingerprint, 4096)
+    asked = WorkerProcess(World(envs.REGISTRY.entry("c3d"), env), Entry(spec, {}), 4096)
     try:
         set_up = asked.set_up(1, 60)
         assert not set_up.fault, set_up.error

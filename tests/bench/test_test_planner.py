@@ -19,9 +19,10 @@ import planners
 from bench import conformance
 from bench.conformance import Outcome, trials
 from bench.execution import protocol, worker
+from bench.execution.planner_queries import World
 from bench.execution.worker_process import Attempt, SetUp
 from bench.storage.record import Fault
-from envs import Environment, Problem
+from envs import Problem
 from envs.free_space import GridComponents
 from envs.registry import Entry
 from envs.scenes.point_world import PointWorld
@@ -34,17 +35,17 @@ LIMIT_S = 0.5
 class Here:
     """What a worker does, in this process: starting one for every bad planner would take long."""
 
-    def __init__(self, env: Entry[Environment], planner: Entry[Planner], fingerprint: str) -> None:
+    def __init__(self, world: World, planner: Entry[Planner]) -> None:
         self._request = {
-            "env": env.description,
+            "env": world.entry.description,
             "planner": planner.description,
-            "fingerprint": fingerprint,
+            "fingerprint": world.env.fingerprint,
         }
         self.alive = True
 
     def set_up(self, seed: int, limit_s: float) -> SetUp:
         request = {**self._request, "seed": seed}
-        ready, answer = self._told_to_go(worker._set_up, request=request)
+        ready, answer = self._told_to_go(partial(worker._set_up, numbers=None), request=request)
         self._planner = None if ready is None else ready.planner
         return SetUp(answer["status"] or "", answer["error"], answer["setup_s"])
 

@@ -12,14 +12,15 @@ import pytest
 import envs
 import planners
 from bench.execution import process_group
+from bench.execution.planner_queries import World
 from bench.execution.worker_process import WorkerProcess
 from bench.storage.record import Fault
 from envs import Environment
 
 
 def worker(env: Environment, planner: str, memory_limit_mb: int = 4096) -> WorkerProcess:
-    entries = envs.REGISTRY.entry("c3d"), planners.REGISTRY.entry(planner)
-    return WorkerProcess(*entries, env.fingerprint, memory_limit_mb)
+    world = World(envs.REGISTRY.entry("c3d"), env)
+    return WorkerProcess(world, planners.REGISTRY.entry(planner), memory_limit_mb)
 
 
 @pytest.mark.parametrize("planner", ["fmm:resolution=30", "rrtstar", "prmstar", "eitstar"])

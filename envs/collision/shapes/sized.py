@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from envs.collision.shapes.solid import BOX, CYLINDER, POINT, Solid, Spheres, countable, make_row
+from envs.plain_scene import PlainSolid
 from envs.problem import Array, frozen_array
 
 if TYPE_CHECKING:
@@ -36,6 +37,10 @@ class SizedSolid(Solid):
             ValueError: one of them cannot be.
         """
         return cls(*sizes)
+
+    def plain(self, pose: Array) -> PlainSolid:
+        lengths = {name: (float(getattr(self, name)),) for name in self.sizes}
+        return PlainSolid(self.kind, lengths, pose)
 
 
 @dataclass(frozen=True)
@@ -191,6 +196,11 @@ class Box(SizedSolid):
         box: trimesh.Trimesh = trimesh.creation.box(self.sides)
         box.apply_translation(self.center)
         return box
+
+    def plain(self, pose: Array) -> PlainSolid:
+        middle = np.eye(4)
+        middle[:3, 3] = self.center
+        return PlainSolid(self.kind, {"size": tuple(self.sides.tolist())}, pose @ middle)
 
     def fcl_geometry(self) -> fcl.CollisionGeometry:
         import fcl

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from envs.errors import InputError
+from envs.plain_scene import PlainSolid
 from envs.problem import Array
 
 BOX, CYLINDER, POINT, TRIANGLE, MESH = 0.0, 1.0, 2.0, 3.0, -1.0
@@ -141,6 +142,12 @@ class Solid(ABC):
     @abstractmethod
     def fcl_geometry(self) -> fcl.CollisionGeometry:
         """It as FCL has it, about the origin but for `offset`."""
+
+    def plain(self, pose: Array) -> PlainSolid:
+        """It as plain data, with its frame at a pose (4, 4): by default its surface."""
+        surface = self.triangulate()
+        faces = np.asarray(surface.faces, dtype=np.int64)
+        return PlainSolid("mesh", {}, pose, np.asarray(surface.vertices), faces)
 
     def piece_points(self) -> Array:
         """A point (n, 3) of each connected piece of it."""
