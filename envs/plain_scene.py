@@ -108,7 +108,7 @@ class PlainRobot:
 
     Attributes:
         name: of the robot, as its makers call it where that is known.
-        links: the first one stands still, in the frame of the world.
+        links: the first one stands still, and its frame is that of the world.
         joints: each after the one that carries its parent; those that follow none are in the order
             of a configuration's numbers.
         radius: of a ball, whose configuration is its middle; None of others.

@@ -105,6 +105,7 @@ REGISTRY: Registry[Planner] = Registry(
         ),
         _peer("mplib", "mplib:Mplib", "a peer: MPlib's RRT-Connect (python, range)"),
         _peer("roboplan", "roboplan:RoboPlan", "a peer: RoboPlan's RRT-Connect (python, range)"),
+        _peer("vamp", "vamp:Vamp", "a peer: VAMP's RRT-Connect (python, range)"),
         Spec(
             "mpnet-hybrid",
             "planners.mpnet.planner:MpnetPlanner",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.plain_scene import PlainJoint, PlainLink, PlainRobot
+from envs.problem import Array
 from envs.robots.arm import Arm
 from envs.robots.kinematic_tree import Joint
 
@@ -20,8 +21,9 @@ def plain_arm(
 ) -> PlainRobot:
     """An arm among obstacles.
 
-    A base whose solids are not checked at all has none. Links may touch each other where none of
-    their solids is checked against one of the other's.
+    Solids of a base that is not checked against anything are left out, and one that is checked
+    against other links may touch all obstacles. Links may touch each other where none of their
+    solids is checked against one of the other's.
 
     Args:
         name: of the robot.
@@ -29,61 +31,89 @@ def plain_arm(
         may_touch: (moving, obstacles) which of the arm's solids may touch which; None for none.
     """
     alone = _alone(arm)
-    of_links = defaultdict(list)
-    for part in range(arm.moving):
-        of_links[arm.links[part]].append(part)
-    touched = {_still(arm): tuple(obstacles)}  # the base may touch all
-    for link, parts in of_links.items():
+    touched = dict.fromkeys((link.name for link in arm.tree.links if link.body == 0), obstacles)
+    for link, parts in _moving_parts(arm).items():
         each = np.zeros(len(obstacles), np.bool_) if may_touch is None else may_touch[parts].all(0)
-        touched[link] = tuple(obstacles[n] for n in np.flatnonzero(each).tolist())
-    still = {arm.links[part] for part in range(arm.moving, len(arm.parts))}
-    touched |= dict.fromkeys(still, tuple(obstacles))
-    links = (replace(link, touches_obstacles=touched.get(link.name, ())) for link in alone.links)
+        touched[link] = [obstacles[n] for n in np.flatnonzero(each).tolist()]
+    links = (
+        replace(link, touches_obstacles=tuple(touched.get(link.name, ()))) for link in alone.links
+    )
     return replace(alone, name=name, links=tuple(links))
 
 
-def _still(arm: Arm) -> str:
-    """The name of the first link of the base."""
-    return _first_links(arm)[0]
-
-
-def _first_links(arm: Arm) -> dict[int, str]:
-    """Of each body the first link's name."""
-    return {link.body: link.name for link in reversed(arm.tree.links)}
+def _moving_parts(arm: Arm) -> Mapping[str, list[int]]:
+    """The numbers of the solids of each link that moves."""
+    found = defaultdict(list)
+    for part in range(arm.moving):
+        found[arm.links[part]].append(part)
+    return found
 
 
 @lru_cache(maxsize=8)
 def _alone(arm: Arm) -> PlainRobot:
     """The arm with nothing about it; its meshes are looked at once."""
-    first = _first_links(arm)
-    bodies = {name: body for body, name in first.items()}
-    bodies |= {link: part.body for link, part in zip(arm.links, arm.parts, strict=True)}
+    frames = {link.name: link.offset for link in arm.tree.links}
+    bodies = {link.name: link.body for link in arm.tree.links}
+    roots = _roots(arm)
     solids = defaultdict(list)
     for link, part in zip(arm.links, arm.parts, strict=True):
-        solids[link].append(part.placed.solid.plain(part.placed.pose))
+        placed = part.placed.solid.plain(part.placed.pose)
+        solids[link].append(placed.moved(_inverse(frames[link])))
     checked = {frozenset((arm.links[i], arm.links[j])) for i, j in arm.pairs}
-    solid = list(solids)
     touches = {
-        name: tuple(o for o in solid if o != name and frozenset((name, o)) not in checked)
-        for name in solid
+        name: tuple(o for o in solids if o != name and frozenset((name, o)) not in checked)
+        for name in solids
     }
-    links = tuple(
-        PlainLink(name, tuple(solids[name]), touches.get(name, ()))
-        for name in sorted(bodies, key=lambda name: (bodies[name], name != first[bodies[name]]))
+    names = [*roots.values(), *(name for name in frames if name not in roots.values())]
+    links = (PlainLink(name, tuple(solids.get(name, ())), touches.get(name, ())) for name in names)
+    rigid = (
+        PlainJoint(
+            f"{roots[bodies[name]]}-{name}",
+            *("fixed", roots[bodies[name]], name, frames[name], np.zeros(3), 0.0, 0.0),
+        )
+        for name in names
+        if name not in roots.values()
     )
-    return PlainRobot("", links, (*_moving(arm, first), *_rigid(bodies, first)))
+    return PlainRobot("", tuple(links), (*_moving(arm, roots), *rigid))
 
 
-def _moving(arm: Arm, first: dict[int, str]) -> list[PlainJoint]:
-    """The joints that move, which join the first links of the bodies."""
+def _inverse(pose: Array) -> Array:
+    """The pose (4, 4) that undoes one."""
+    undone = np.eye(4)
+    undone[:3, :3] = pose[:3, :3].T
+    undone[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
+    return undone
+
+
+def _roots(arm: Arm) -> dict[int, str]:
+    """Of each body, from the base on, the link whose frame is the body's: its first one, or one
+    that is put there."""
+    found: dict[int, str] = {}
+    taken = {link.name for link in arm.tree.links}
+    for link in arm.tree.links:
+        if link.body not in found:
+            own = np.array_equal(link.offset, np.eye(4))
+            found[link.body] = link.name if own else _unlike(f"{link.name}-frame", taken)
+    return dict(sorted(found.items()))
+
+
+def _unlike(name: str, taken: set[str]) -> str:
+    """A name that is not taken."""
+    while name in taken:
+        name += "-"
+    return name
+
+
+def _moving(arm: Arm, roots: Mapping[int, str]) -> list[PlainJoint]:
+    """The joints that move, which join the bodies."""
     tree = arm.tree
     pairs = enumerate(zip(tree.joints, tree.parents, strict=True))
     return [
         PlainJoint(
             joint.name,
             _kind(joint),
-            first[parent],
-            first[number + 1],
+            roots[parent],
+            roots[number + 1],
             joint.origin,
             joint.axis,
             joint.lower,
@@ -101,14 +131,3 @@ def _kind(joint: Joint) -> str:
     if joint.prismatic:
         return "prismatic"
     return "continuous" if joint.wraps else "revolute"
-
-
-def _rigid(bodies: dict[str, int], first: dict[int, str]) -> list[PlainJoint]:
-    """Joins the other links of each body to its first one, in whose frame they are."""
-    return [
-        PlainJoint(
-            f"{first[body]}-{name}", "fixed", first[body], name, np.eye(4), np.zeros(3), 0.0, 0.0
-        )
-        for name, body in bodies.items()
-        if name != first[body]
-    ]

@@ -32,8 +32,13 @@ class Mplib(Peer):
         super().__init__(python)
         self._range, self._simplify = range, simplify
 
+    def refuses(self, scene: PlainScene) -> str | None:
+        follows = [joint.name for joint in scene.robot.joints if joint.follows]
+        if follows:
+            return f"MPlib has no joints that follow others, as {follows[0]!r} does"
+        return super().refuses(scene)
+
     def setup(self, env: Any, *, seed: int) -> None:
-        self._robot: PlainRobot | None = None
         self.set_scene(env)
 
     def set_scene(self, env: Any) -> None:

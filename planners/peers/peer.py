@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import os
 import subprocess
@@ -77,20 +78,20 @@ class Peer(Planner):
 
     def refuses(self, scene: PlainScene) -> str | None:
         """Why it cannot plan in a scene, or None if it can: by default, where what moves is no arm,
-        or one that cannot be said in a URDF that it reads."""
+        or one that cannot be said in a URDF."""
         if not scene.robot.joints:
             return f"{self.distribution} plans for arms"
         for joint in scene.robot.joints:
-            if joint.kind == "spherical" or joint.follows:
-                what = "is spherical" if joint.kind == "spherical" else "follows another"
-                return (
-                    f"{self.distribution} is not told of joints like {joint.name!r}, which {what}"
-                )
+            if joint.kind == "spherical":
+                return f"no URDF has joints like {joint.name!r}, which is spherical"
         return None
 
     @cached_property
     def _version(self) -> str:
-        return f"{self.distribution} {metadata.version(self.distribution)}"
+        """Its name, and the version if it was installed as packages are."""
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            return f"{self.distribution} {metadata.version(self.distribution)}"
+        return self.distribution
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         stats = {"library": self._version}

@@ -13,7 +13,7 @@ from envs.plain_scene import PlainScene, PlainSolid
 from envs.problem import Array, Problem
 from planners.base import Budget
 from planners.peers.peer import NoPathError, Peer, shortest_ways
-from planners.peers.urdf_text import GROUP, moving, srdf, urdf, write_mesh
+from planners.peers.urdf_text import GROUP, moving, srdf, urdf, with_names_apart, write_mesh
 
 _MOST_NODES = 10_000_000  # more than any time allows
 _WORLD = "universe"  # as Pinocchio has it
@@ -46,13 +46,14 @@ class RoboPlan(Peer):
     def set_scene(self, env: Any) -> None:
         from roboplan import core
 
-        self._names = [joint.name for joint in moving(env.robot)]
+        robot = with_names_apart(env.robot)
+        self._names = [joint.name for joint in moving(robot)]
         self._wraps = env.wraps
         with TemporaryDirectory() as folder:
-            text = urdf(env.robot, Path(folder))
+            text = urdf(robot, Path(folder))
             described = core.loadUrdfSceneDescriptionFromXml(text)
-            self._scene = core.Scene(env.robot.name or "robot", described)
-            self._scene.importSrdf(srdf(env.robot))
+            self._scene = core.Scene(robot.name or "robot", described)
+            self._scene.importSrdf(srdf(robot))
             _add_obstacles(self._scene, env, Path(folder))
 
     def planned(self, problem: Problem, budget: Budget) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, tostring
 
@@ -60,6 +61,21 @@ def touching(robot: PlainRobot) -> list[tuple[str, str]]:
     return [(one, other) for one, other in sorted(pairs)]
 
 
+def with_names_apart(robot: PlainRobot) -> PlainRobot:
+    """The robot with other names for joints that are called as a link is, for programs that know
+    both by the same table."""
+    links = {link.name for link in robot.links}
+    names = {joint.name: joint.name for joint in robot.joints}
+    for name in links & names.keys():
+        while names[name] in links or names[name] in (names.keys() - {name}):
+            names[name] += "-joint"
+    renamed = (
+        replace(joint, name=names[joint.name], follows=names.get(joint.follows, ""))
+        for joint in robot.joints
+    )
+    return replace(robot, joints=tuple(renamed))
+
+
 def write_mesh(solid: PlainSolid, file: Path) -> None:
     """Writes a mesh as Wavefront OBJ, in its own frame."""
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in solid.vertices.tolist()]
@@ -87,7 +103,10 @@ def _add_joint(root: Element, joint: PlainJoint) -> None:
     SubElement(made, "axis", xyz=_text(joint.axis))
     speed = _FASTEST if joint.velocity is None else joint.velocity
     numbers = {"lower": joint.lower, "upper": joint.upper, "velocity": speed, "effort": _EFFORT}
-    SubElement(made, "limit", {name: repr(float(value)) for name, value in numbers.items()})
+    if joint.follows:
+        follows = {"joint": joint.follows, "multiplier": _number(joint.ratio)}
+        SubElement(made, "mimic", {**follows, "offset": _number(joint.offset)})
+    SubElement(made, "limit", {name: _number(value) for name, value in numbers.items()})
 
 
 def _collision(solid: PlainSolid, file: Path) -> Element:
@@ -103,16 +122,24 @@ def _collision(solid: PlainSolid, file: Path) -> Element:
     return made
 
 
-def _origin(pose: Array) -> Element:
-    """A pose (4, 4) as URDF has it: turned about x, then y, then z of the parent."""
+def roll_pitch_yaw(pose: Array) -> Array:
+    """The angles (3,) by which a pose (4, 4) is turned about x, then y, then z of the parent."""
     r = pose[:3, :3]
     pitch = float(np.arctan2(-r[2, 0], np.hypot(r[0, 0], r[1, 0])))
     if np.hypot(r[0, 0], r[1, 0]) > 1e-12:
         roll, yaw = np.arctan2(r[2, 1], r[2, 2]), np.arctan2(r[1, 0], r[0, 0])
     else:  # roll and yaw turn about the same axis
         roll, yaw = np.arctan2(-r[1, 2], r[1, 1]), 0.0
-    return Element("origin", xyz=_text(pose[:3, 3]), rpy=_text(np.array([roll, pitch, yaw])))
+    return np.array([roll, pitch, yaw])
+
+
+def _origin(pose: Array) -> Element:
+    return Element("origin", xyz=_text(pose[:3, 3]), rpy=_text(roll_pitch_yaw(pose)))
 
 
 def _text(numbers: Array) -> str:
-    return " ".join(repr(float(number)) for number in numbers)
+    return " ".join(map(_number, numbers))
+
+
+def _number(value: float) -> str:
+    return repr(float(value))
