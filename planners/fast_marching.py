@@ -1,15 +1,15 @@
-"""Arrival times on a grid of the speed field, by scikit-fmm."""
+"""Arrival times on a grid of the speed field, by fast marching."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-import skfmm
 
 from envs import Environment
 from envs.grid import node_axes, node_positions
 from envs.problem import Array
+from planners.fronts import SKFMM, FrontSolver, Medium, Source
 
 _BY_DIMENSION = {4: 21, 5: 11}
 """Nodes along a side by default, where 100 are too many: a few seconds a problem."""
@@ -32,6 +32,7 @@ class SpeedGrid:
         resolution: nodes along the longest side of the environment's bounds. Where free space is
             known to be smaller (`Environment.free_bounds`) there are fewer, as far apart.
         order: of the finite differences, 1 or 2.
+        solver: of the arrival times; it must go round where the space wraps.
 
     Attributes:
         lower, upper: (d,) the first node and the last.
@@ -39,7 +40,9 @@ class SpeedGrid:
         radius: of the sphere about the exact goal on which fronts start.
     """
 
-    def __init__(self, env: Environment, resolution: int, order: int) -> None:
+    def __init__(
+        self, env: Environment, resolution: int, order: int, solver: FrontSolver = SKFMM
+    ) -> None:
         self._space = env.sampling_space
         self._weights = self._space.weights
         longest = float(((env.upper - env.lower) * self._weights).max())
@@ -52,11 +55,12 @@ class SpeedGrid:
             for axis, wraps in zip(self._axes, self._space.wraps, strict=True)
         ]
         self._env = env
-        self._order = order
+        self._solver = solver
         self.spacing: Array = sides / cells
         self.radius = 1.5 * float(self.spacing.max())
         # A slice of nodes at a time: in many dimensions all of them take more room than the speeds.
-        self._speed: Array = np.stack([self._speeds(x) for x in self._once[0]])
+        speed = np.stack([self._speeds(x) for x in self._once[0]])
+        self._medium = Medium(speed, self.spacing, tuple(self._space.wraps), order)
 
     def _speeds(self, first: float) -> Array:
         """Speeds on the nodes with a first coordinate, one axis for each of the others."""
@@ -66,30 +70,22 @@ class SpeedGrid:
 
     def arrival_times(self, goal: Array, until: float = np.inf) -> Array:
         """Times on the nodes, one axis a dimension, at which a front that leaves the sphere of
-        `radius` about `goal` (d,) arrives; negative within, where the goal's own speed holds:
-        nodes there may lie in a wall, and would draw paths away from the goal.
+        `radius` about `goal` (d,) arrives; negative within.
 
-        NaN on the nodes at which it arrives later than `until`: the front is not followed so far.
-        The others do not depend on that.
+        They may be NaN on nodes at which it arrives later than `until`, if the solver follows the
+        front no farther. The others do not depend on that.
         """
-        outside = self._distance_to(goal) - self.radius
-        found = skfmm.travel_time(
-            outside,
-            self._speed,
-            dx=self.spacing,
-            order=self._order,
-            narrow=until if until < np.inf else 0.0,  # its word for all of them
-            periodic=tuple(self._space.wraps),
-        )
-        times = np.asarray(found) if until == np.inf else np.ma.filled(found, np.nan)
         [speed] = self._env.speed(goal[None])
-        whole: Array = np.where(outside < 0, outside / speed, times)
+        place = (goal - self.lower) * self._weights / self.spacing
+        outside = self._distance_to(goal) - self.radius
+        source = Source(place, float(speed), self.radius, outside)
+        whole = self._solver.arrival_times(self._medium, source, until)
         return np.pad(whole, [(0, int(wraps)) for wraps in self._space.wraps], mode="wrap")
 
     def least_time(self, start: Array, goal: Array) -> float:
         """What a front takes at least from its sphere about `goal` (d,) to `start` (d,)."""
         distance = np.linalg.norm(self._weights * self._space.difference(start, goal))
-        return max(float(distance) - self.radius, self.radius) / float(self._speed.max())
+        return max(float(distance) - self.radius, self.radius) / float(self._medium.speed.max())
 
     def times_at(self, times: Array, goal: Array, q: Array) -> Array:
         """Arrival times (n,) at configurations (n, d) within the bounds, from those on the nodes,
@@ -118,8 +114,8 @@ class SpeedGrid:
         return found
 
     def _distance_to(self, goal: Array) -> Array:
-        """Distances from every node to `goal`: its level set of `radius` is where fronts start,
-        a sphere about the exact goal rather than a cell."""
+        """Distances from every node to `goal`: fronts start from the exact one, rather than
+        from a cell."""
         places = zip(self._once, goal, self._weights, self._space.wraps, strict=True)
         total = _outer_sum([(w * _apart(axis, x, wraps)) ** 2 for axis, x, w, wraps in places])
         distance: Array = np.sqrt(total)

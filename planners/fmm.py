@@ -1,5 +1,5 @@
-"""Fast marching on a grid (scikit-fmm), the classical solver of the Eikonal equation, and steepest
-descent in its field of arrival times.
+"""Fast marching on a grid, the classical solver of the Eikonal equation, and steepest descent in
+its field of arrival times.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from envs.problem import Array
 from envs.spaces import Kind, Space
 from planners.base import Budget, Planner, PlannerResult, Status
 from planners.fast_marching import SpeedGrid, default_resolution
+from planners.fronts import solver_named
 
 _MAX_NODES = 20_000_000  # of a grid that scikit-fmm solves within a few GB
 
@@ -28,24 +29,32 @@ class FastMarching(Planner):
         resolution: grid nodes along the longest side of the bounds, see `SpeedGrid`. By default
             100 up to three dimensions, 21 in four, 11 in five, and none in more.
         order: of the finite differences, 1 or 2.
+        solver: of the field: "skfmm" (scikit-fmm), or "eikonalfm", whose times are nearer the true
+            ones, but which follows each front over the whole grid, in spaces that do not wrap. It
+            needs the extra `eikonalfm`.
 
     Raises:
-        InputError: an argument is out of range.
+        InputError: an argument is out of range, or the solver's package is not installed.
     """
 
     improves = False
 
-    def __init__(self, resolution: int | None = None, order: int = 2) -> None:
+    def __init__(
+        self, resolution: int | None = None, order: int = 2, solver: str = "skfmm"
+    ) -> None:
         if resolution is not None and not 5 <= resolution <= 10_000:
             raise InputError(f"fmm: resolution must be between 5 and 10000, not {resolution}")
         if order not in (1, 2):
             raise InputError(f"fmm: order must be 1 or 2, not {order}")
         self._resolution = resolution
         self._order = order
+        self._solver = solver_named(solver)
 
     def unsupported(self, env: Environment) -> str | None:
         if Kind.ROTATIONS in env.space.kinds:
             return f"no regular grid covers the rotations of {env.space}"
+        if any(env.space.wraps) and not self._solver.goes_round:
+            return "its solver's fronts do not go round where coordinates wrap"
         resolution = self._resolution or default_resolution(env.dimension)
         if resolution is None:
             return f"no grid of {env.dimension} dimensions is fine enough to help; set resolution"
@@ -57,7 +66,7 @@ class FastMarching(Planner):
         resolution = self._resolution or default_resolution(env.dimension)
         assert resolution is not None
         self._env = env
-        self._grid = SpeedGrid(env, resolution, self._order)
+        self._grid = SpeedGrid(env, resolution, self._order, self._solver)
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
         path = self._path(problem.start, problem.goal)

@@ -24,6 +24,7 @@ _PACKAGES = (
     "torch",
     "ompl",
     "scikit-fmm",
+    "eikonalfm",
     "trimesh",
     "python-fcl",
     "pandas",
