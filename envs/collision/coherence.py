@@ -12,13 +12,28 @@ from typing import Any
 import numpy as np
 
 from envs.collision.gjk import distance, moved
-from envs.collision.separation import boxes_apart, is_allowed, separated_within, sphere_gap
+from envs.collision.mesh_distance import mesh_to_mesh
+from envs.collision.mesh_fronts import distance_by_front, fronts_for, take_front
+from envs.collision.separation import (
+    boxes_apart,
+    is_allowed,
+    pose_between,
+    separated_within,
+    sphere_gap,
+    told_by_hulls,
+)
 from envs.collision.shapes import ROW
 from envs.compiled import njit_cached, njit_hot, njit_inline
 
 ROUNDING = 1e-6
 """By how much a distance may be found too short, in workspace units, or of it where it is over one;
 see `envs.collision.separation`."""
+
+_FRONTS = 8
+"""Pairs of meshes at most whose surfaces are asked by fronts."""
+
+_OFTEN = 4
+"""How often the surfaces of a pair are asked until there is a front of them."""
 
 _OF_POSES = 1e-12
 """By how much something may be moved farther than computed, in workspace units."""
@@ -107,10 +122,12 @@ def least_along(
     least: Any,
     is_near: Any,
     known: Any,
+    follows: Any,
 ) -> None:
     """Writes the least distance (n,) of what must not touch at each of n configurations, as
     `separated` has it; which shapes (n, moving) are no farther than `near` from anything, as far as
-    nothing touches; and whether it is known (n,) that nothing is within another.
+    nothing touches; whether it is known (n,) that nothing is within another; and where not, whether
+    that follows (n,) from its being so at the configuration before.
 
     Args:
         shapes: the robot's, whose frames are at `poses` (n, p, 3, 4).
@@ -120,12 +137,14 @@ def least_along(
     """
     count = len(shapes.rows)
     each = listed_pairs(pairs, count, moving, len(around.rows), may_touch)
+    follows[:] = True
     if len(each) == 0:
         least[:], known[:] = np.inf, True
         return
     bounds, sure = np.full(len(each), -np.inf), np.ones(len(each), dtype=np.bool_)
     rows, still, nearest = np.empty((count, ROW)), np.eye(3, 4), 0
     steps = np.full(len(each), np.inf)
+    fronts, front_of = fronts_for(_FRONTS), np.full(len(each), -_OFTEN)
     for n in range(len(poses)):
         if n > 0:
             _moved_since(shapes.rows, poses[n - 1], poses[n], each, len(pairs), steps)
@@ -139,14 +158,70 @@ def least_along(
             if turn == first or least[n] <= 0.0 or is_beyond(bounds[k], most):
                 continue
             part, other = each[k, 0], each[k, 1]
-            found, known_apart = apart_now(
-                shapes, rows, poses[n], around, still, part, other, most, most
-            )
-            bounds[k], sure[k] = found, known_apart
+            if other < count and shapes.roots[part] >= 0 and shapes.roots[other] >= 0:
+                found, known_apart = _meshes_apart(
+                    shapes, rows, poses[n], fronts, front_of, k, part, other, most
+                )
+            else:
+                found, known_apart = apart_now(
+                    shapes, rows, poses[n], around, still, part, other, most, most
+                )
+            # Of what has not come as near as to touch, what is within what has not changed.
+            is_as_before, bounds[k] = bounds[k] > 0.0, found
+            sure[k] = known_apart or (sure[k] and is_as_before)
+            follows[n] = follows[n] and (sure[k] or is_as_before)
             if found < least[n]:
                 least[n], nearest = found, k
             is_near[n, part] = is_near[n, part] or found <= near
         known[n] = sure.all()
+
+
+@njit_cached
+def _meshes_apart(
+    shapes: Any,
+    rows: Any,
+    poses: Any,
+    fronts: Any,
+    front_of: Any,
+    k: int,
+    part: int,
+    other: int,
+    most: float,
+) -> tuple[float, bool]:
+    """As `apart_now`, of two of a robot's shapes that are meshes. If their surfaces are asked often
+    they have a front.
+
+    Args:
+        front_of: (k,) by pair, which one; until then how often they are asked yet, below 0.
+        k: the number of this pair.
+    """
+    row, there, pose, at = rows[part], rows[other], poses[part], poses[other]
+    found = sphere_gap(row, there)
+    if found < most:
+        found = boxes_apart(shapes, part, pose, shapes, other, there, at, most)
+    if found >= most:
+        return found, True
+    hulls, most, is_enough = told_by_hulls(
+        shapes, part, row, pose, shapes, other, there, at, most, most
+    )
+    if is_enough:
+        return hulls, hulls > 0.0
+    root, other_root = shapes.roots[part], shapes.roots[other]
+    if shapes.trees.radii[root] < shapes.trees.radii[other_root]:
+        # The smaller one second: what counts of a front is how far that is moved.
+        part, other, root, other_root = other, part, other_root, root
+    if front_of[k] < 0:
+        front_of[k] += 1
+        if front_of[k] == 0:
+            front_of[k] = take_front(fronts, root, other_root)
+    between = np.empty((3, 4))
+    pose_between(shapes, part, poses[part], shapes, other, poses[other], between)
+    trees, found = shapes.trees, -1.0
+    if front_of[k] >= 0:
+        found = distance_by_front(trees, fronts, front_of[k], between, most)
+    if found < 0.0:
+        found = mesh_to_mesh(trees, root, trees, other_root, between, most, 0.0)
+    return max(hulls, found), hulls > 0.0
 
 
 @njit_cached

@@ -207,17 +207,28 @@ class CollisionModel:
             return np.array([self.clearance(one) for one in q])
         self.checks += len(q)
         least, known = np.empty(len(q)), np.empty(len(q), dtype=np.bool_)
+        follows = np.empty(len(q), dtype=np.bool_)
         near = np.zeros((len(q), self.robot.moving), dtype=np.bool_)
         least_along(
-            *(self._shapes, poses, self._around, self._pairs, self.robot.moving),
-            *(self._may_touch, _NEAR, least, near, known),
+            self._shapes,
+            poses,
+            self._around,
+            self._pairs,
+            self.robot.moving,
+            self._may_touch,
+            _NEAR,
+            least,
+            near,
+            known,
+            follows,
         )
         for n in np.flatnonzero((least > 0) & (least <= _NEAR)):
             self._place_at(poses[n])
             least[n] = 0.0 if self._touch(near[n]) else least[n]
         if self._allowed is not None:
-            asked = np.flatnonzero(~(known & self._allowed_apart))
-            wrong = asked[~self._allowed(q[asked])]
+            if not self._allowed_apart:
+                known[:] = follows[:] = False
+            wrong = ~_where_allowed(self._allowed, q, known, follows)
             least[wrong] = -np.maximum(np.abs(least[wrong]), _TOUCH)
         return least
 
@@ -427,6 +438,19 @@ class CollisionModel:
             else:
                 body.setTransform(fcl_transform(pose[:, :3], pose[:, 3], offset))
         return body
+
+
+def _where_allowed(
+    allowed: Allowed, q: Array, known: NDArray[np.bool_], follows: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Which configurations (n, d) are allowed, (n,) of bool: those that are known to be, those of
+    which it follows from the one before, and of the others those that are said to be."""
+    found: NDArray[np.bool_] = known.copy()
+    asked = np.flatnonzero(~(known | follows))
+    found[asked] = allowed(q[asked])
+    for n in np.flatnonzero(follows & ~known).tolist():
+        found[n] = (n > 0 and found[n - 1]) or allowed(q[n : n + 1])[0]
+    return found
 
 
 _KNOWN: WeakKeyDictionary[Robot, tuple[list[fcl.CollisionGeometry], Shapes]] = WeakKeyDictionary()

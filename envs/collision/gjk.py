@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from envs.collision.hull_support import furthest
 from envs.collision.shapes import BOX, MESH, POINT, ROW, TRIANGLE
 from envs.compiled import njit_cached, njit_hot
 
@@ -27,6 +28,8 @@ _STEPS = 100
 _FLAT = 1e-20
 """Of an edge's squared length: a triangle whose corner is less far off another edge is none."""
 
+_NO_CORNERS = np.empty((0, 3)), np.zeros(1, dtype=np.int64)
+
 
 @njit_cached
 def distance(a: Any, b: Any, most: float) -> float:
@@ -35,14 +38,13 @@ def distance(a: Any, b: Any, most: float) -> float:
     Within `_PRECISION` of the distance, and 0 where they touch or overlap; or else at least
     `most`, as soon as the distance is proved to be. Never above the distance, but for rounding.
     """
-    none = np.empty((0, 3))
-    return hull_distance(a, none, b, none, most)
+    return hull_distance(a, _NO_CORNERS, b, _NO_CORNERS, most)
 
 
 @njit_cached
 def hull_distance(a: Any, corners: Any, b: Any, other_corners: Any, most: float) -> float:
-    """As `distance`, of solids or meshes, of which it is that of their hulls: their corners (k, 3)
-    from the centres of their rows, along the rows' axes; none of a solid."""
+    """As `distance`, of solids or meshes, of which it is that of their hulls: their corners, see
+    `corners_by_cell`, from the centres of their rows, along the rows' axes; any of a solid."""
     points, v = np.empty((4, 6)), np.empty(3)
     return _searched(a, corners, b, other_corners, most, points, v)[0]
 
@@ -156,7 +158,7 @@ def _support(row: Any, corners: Any, x: float, y: float, z: float) -> tuple[floa
         corner = 0 if p >= q and p >= r else 3 if q >= r else 6
         return row[corner], row[corner + 1], row[corner + 2]
     if kind == MESH:
-        p, q, r = _furthest(corners, p, q, r)
+        p, q, r = furthest(corners, p, q, r)
     elif kind == BOX:
         p, q = math.copysign(row[12], p), math.copysign(row[13], q)
         r = math.copysign(row[14], r)
@@ -169,17 +171,6 @@ def _support(row: Any, corners: Any, x: float, y: float, z: float) -> tuple[floa
         row[1] * p + row[4] * q + row[7] * r,
         row[2] * p + row[5] * q + row[8] * r,
     )
-
-
-@njit_hot
-def _furthest(corners: Any, p: float, q: float, r: float) -> tuple[float, float, float]:
-    """Of corners (k, 3), the one furthest along a direction."""
-    best, which = -np.inf, 0
-    for n in range(len(corners)):
-        along = corners[n, 0] * p + corners[n, 1] * q + corners[n, 2] * r
-        if along > best:
-            best, which = along, n
-    return corners[which, 0], corners[which, 1], corners[which, 2]
 
 
 @njit_cached

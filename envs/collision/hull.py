@@ -5,11 +5,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from envs.collision import shapes
+from envs.collision.hull_support import corners_by_cell
 from envs.collision.mesh import queries
 from envs.collision.shapes import Mesh
 from envs.problem import Array
@@ -41,6 +44,11 @@ class Hull:
     corners: Array
     radius: float
     is_surface: bool
+
+    @cached_property
+    def by_cell(self) -> tuple[Array, NDArray[np.int64]]:
+        """See `corners_by_cell`."""
+        return corners_by_cell(self.corners)
 
 
 _known: WeakKeyDictionary[Mesh, Hull] = WeakKeyDictionary()

@@ -44,7 +44,7 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
         node = nodes[waiting]
         first = trees.child[node]
         if first < 0:
-            _take_triangle(trees, node, triangle)
+            take_triangle(trees, node, triangle)
             least = min(least, _solid_to_triangle(triangle, row, least))
             continue
         second = first + 1
@@ -112,7 +112,7 @@ def _reach(solid: Any, axis: Any) -> float:
 
 
 @njit_hot
-def _take_triangle(trees: Any, leaf: int, row: Any) -> None:
+def take_triangle(trees: Any, leaf: int, row: Any) -> None:
     """Writes the row (ROW,) of a leaf's triangle, in the mesh's frame."""
     for k in range(9):
         row[k] = trees.triangles[-1 - trees.child[leaf], k]
@@ -151,8 +151,8 @@ def nearest_triangles(
             continue
         a, b = nodes[waiting, 0], nodes[waiting, 1]
         if trees.child[a] < 0 and others.child[b] < 0:
-            _take_triangle(trees, a, triangle)
-            _take_triangle(others, b, other_triangle)
+            take_triangle(trees, a, triangle)
+            take_triangle(others, b, other_triangle)
             moved(other_triangle, pose, there)
             apart = triangle_to_triangle(triangle, there)
             if apart < least:
@@ -182,8 +182,8 @@ def nearest_triangles(
 def triangles_apart(trees: Any, leaf: int, others: Any, other: int, pose: Any) -> float:
     """The distance of the triangles of two leaves, see `mesh_to_mesh`."""
     triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
-    _take_triangle(trees, leaf, triangle)
-    _take_triangle(others, other, other_triangle)
+    take_triangle(trees, leaf, triangle)
+    take_triangle(others, other, other_triangle)
     moved(other_triangle, pose, there)
     return float(triangle_to_triangle(triangle, there))
 
@@ -192,7 +192,7 @@ def triangles_apart(trees: Any, leaf: int, others: Any, other: int, pose: Any) -
 def solid_to_leaf(trees: Any, leaf: int, row: Any) -> float:
     """The distance of a solid from the triangle of a leaf, see `solid_to_mesh`."""
     triangle = np.zeros(ROW)
-    _take_triangle(trees, leaf, triangle)
+    take_triangle(trees, leaf, triangle)
     return float(_solid_to_triangle(triangle, row, np.inf))
 
 
@@ -212,7 +212,7 @@ def leaf_at(trees: Any, root: int, x: float, y: float, z: float) -> int:
         node = nodes[waiting]
         first = trees.child[node]
         if first < 0:
-            _take_triangle(trees, node, triangle)
+            take_triangle(trees, node, triangle)
             apart = point_to_triangle(triangle, x, y, z)
             if apart < least:
                 least, found = apart, node
@@ -251,8 +251,8 @@ def first_within(
         a, b = nodes[waiting, 0], nodes[waiting, 1]
         by_a, by_b = moves[waiting, 0], moves[waiting, 1]
         if trees.child[a] < 0 and trees.child[b] < 0:
-            _take_triangle(trees, a, triangle)
-            _take_triangle(trees, b, other_triangle)
+            take_triangle(trees, a, triangle)
+            take_triangle(trees, b, other_triangle)
             moved(other_triangle, pose, there)
             apart = triangle_to_triangle(triangle, there)
             if apart <= reach + by_a + by_b:

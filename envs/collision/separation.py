@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from envs.collision.gjk import at as carried
 from envs.collision.gjk import compose, distance, hull_distance_between, moved
 from envs.collision.hull import hull_of
+from envs.collision.hull_support import CELLS
 from envs.collision.mesh_distance import (
     leaf_at,
     mesh_to_mesh,
@@ -41,8 +42,9 @@ class Shapes(NamedTuple):
     Attributes:
         rows: (p, ROW), see `envs.collision.shapes.solid`; those of meshes stand for their hulls,
             see `envs.collision.hull`.
-        corners: (k, 3) of the hulls of meshes, from the centres of their rows along their axes.
-        first_corners: (p + 1,) where each shape's begin.
+        corners: (k, 3) of the hulls of meshes, from the centres of their rows along their axes; see
+            `corners_by_cell`.
+        first_corners: (p, `CELLS` + 1) where those of each shape, and cell, begin.
         are_hulls: (p,) of bool, meshes that are the surfaces of their hulls.
         poses: (p, 3, 4) of the shapes.
         roots: (p,) of the trees of those that are meshes, -1 of others.
@@ -64,15 +66,19 @@ def shapes_of(placed: Sequence[Obstacle]) -> Shapes:
     roots, are_hulls = np.full(len(placed), -1), np.zeros(len(placed), dtype=np.bool_)
     meshes = {n: one.solid for n, one in enumerate(placed) if isinstance(one.solid, Mesh)}
     trees, roots[list(meshes)] = trees_of(list(meshes.values()))
-    corners = [np.empty((0, 3)) for _ in placed]
+    corners, count = [np.empty((0, 3))], 0
+    first_corners = np.zeros((len(placed), CELLS + 1), dtype=np.int64)
     for n, mesh in meshes.items():
         hull = hull_of(mesh)
-        corners[n] = hull.corners - mesh.bounding_sphere()[0]
+        places, firsts = hull.by_cell
+        corners.append(places - mesh.bounding_sphere()[0])
+        first_corners[n] = count + firsts
+        count += len(places)
         rows[n, 17], are_hulls[n] = hull.radius, hull.is_surface
     return Shapes(
         rows,
-        np.concatenate([np.empty((0, 3)), *corners]),
-        np.cumsum([0, *map(len, corners)]),
+        np.concatenate(corners),
+        first_corners,
         are_hulls,
         np.array([one.pose[:3] for one in placed]).reshape(-1, 3, 4),
         roots,
@@ -119,26 +125,48 @@ def separated_within(
     are not, this may be what is said."""
     if a.roots[i] < 0 and b.roots[j] < 0:
         return float(distance(row, other, most)), True
+    hulls, most, is_enough = told_by_hulls(a, i, row, pose, b, j, other, at, most, reach)
+    if is_enough:
+        return hulls, hulls > 0.0
+    surfaces = _surface_separation(a, i, pose, b, j, other, at, row, most)
+    return max(hulls, surfaces), hulls > 0.0
+
+
+@njit_cached
+def told_by_hulls(
+    a: Any,
+    i: int,
+    row: Any,
+    pose: Any,
+    b: Any,
+    j: int,
+    other: Any,
+    at: Any,
+    most: float,
+    reach: float,
+) -> tuple[float, float, bool]:
+    """How far the hulls of two shapes are apart, one of which is a mesh; up to which distance their
+    surfaces are asked; and whether they need not be, see `separated_within`."""
     x, y, z = row[9] - other[9], row[10] - other[10], row[11] - other[11]
     apart = math.sqrt(x * x + y * y + z * z) - row[15] - other[15]
     if apart >= most:
-        return apart, apart > 0.0
+        return apart, most, True
     # A ball is asked of the surface at once, which takes no longer.
-    hulls, ends = 0.0, np.empty((2, 3))
-    if row[16] != POINT and other[16] != POINT:
-        some, others = corners(a, i), corners(b, j)
-        hulls, known = hull_distance_between(row, some, other, others, most, ends)
-        exact = (a.roots[i] < 0 or a.are_hulls[i]) and (b.roots[j] < 0 or b.are_hulls[j])
-        most = min(most, reach)
-        if hulls > 0.0 and (exact or hulls >= most):
-            return hulls, True
-        if hulls > 0.0 and known:
-            # Where the hulls are nearest there are mostly the meshes: many are hulls but for dents.
-            most = min(most, _separation_at(a, i, pose, b, j, other, at, row, ends))
-            if most <= hulls + _PRECISION * max(1.0, hulls):
-                return hulls, True
-    surfaces = _surface_separation(a, i, pose, b, j, other, at, row, most)
-    return max(hulls, surfaces), hulls > 0.0
+    if row[16] == POINT or other[16] == POINT:
+        return 0.0, most, False
+    ends = np.empty((2, 3))
+    some, others = corners(a, i), corners(b, j)
+    hulls, known = hull_distance_between(row, some, other, others, most, ends)
+    exact = (a.roots[i] < 0 or a.are_hulls[i]) and (b.roots[j] < 0 or b.are_hulls[j])
+    most = min(most, reach)
+    if hulls > 0.0 and (exact or hulls >= most):
+        return hulls, most, True
+    if hulls > 0.0 and known:
+        # Where the hulls are nearest there are mostly the meshes: many are hulls but for dents.
+        most = min(most, _separation_at(a, i, pose, b, j, other, at, row, ends))
+        if most <= hulls + _PRECISION * max(1.0, hulls):
+            return hulls, most, True
+    return hulls, most, False
 
 
 @njit_cached
@@ -195,8 +223,8 @@ def boxes_apart(
 
 @njit_cached
 def corners(shapes: Any, number: int) -> Any:
-    """Of the hull of a shape, see `Shapes`."""
-    return shapes.corners[shapes.first_corners[number] : shapes.first_corners[number + 1]]
+    """Of the hull of a shape, see `corners_by_cell`."""
+    return shapes.corners, shapes.first_corners[number]
 
 
 @njit_cached

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
-from arms import arm_of, at, turning
+from arms import arm_of, at, ball, turning
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import envs
 from envs import Environment
 from envs.collision.coherence import _as_seen, _moved
-from envs.collision.fcl_model import CollisionModel
+from envs.collision.fcl_model import CollisionModel, _where_allowed
 from envs.collision.shapes import Box, Mesh, PlacedShape, Sphere
 from envs.problem import Array
 from envs.robots.arm import Part
@@ -73,6 +74,61 @@ def test_of_meshes_they_are_the_same_but_for_rounding() -> None:
     assert ((found > 0) == (expected > 0)).all()
     assert np.abs(found - expected)[expected > 0].max() < 1e-6
     assert 10 < (expected <= 0).sum() < 390
+
+
+def in_a_bowl(step: float, n: int) -> tuple[ArmWorld, Array]:
+    """A rod on an arm that hangs into a bowl, which is on the arm, too, and turns; and a path of
+    it (n, 3)."""
+    whole = trimesh.creation.icosphere(subdivisions=3, radius=0.1)
+    below = whole.triangles_center[:, 2] < 0.03
+    bowl = Mesh(np.asarray(whole.vertices), np.asarray(whole.faces)[below])
+    made = trimesh.creation.cylinder(0.02, 0.1, sections=24)
+    rod = Mesh(np.asarray(made.vertices), np.asarray(made.faces))
+    joints = [turning("z"), turning("x", at(0, 0, 0.3)), turning("y")]
+    parts = [Part(1, PlacedShape(bowl, np.eye(4))), Part(3, PlacedShape(rod, at(0, 0, -0.3)))]
+    arm = arm_of(joints, parts[0], ball(2, 0.01, 0, 0, 0.2), parts[1], self_collision=True)
+    t = step * np.arange(n)
+    return ArmWorld(arm, [], "test"), np.stack(
+        [0.3 * t, 0.2 * np.cos(2 * t) - 0.2, 0.3 * np.sin(t)], axis=1
+    )
+
+
+@pytest.mark.parametrize("step", [0.01, 0.5])
+def test_within_a_hull_they_are_the_same(step: float) -> None:
+    """Where only surfaces tell, and what is known of the place before."""
+    env, q = in_a_bowl(step, 400)
+    expected, found = alone(env, q), env.clearance(q)
+    assert ((found > 0) == (expected > 0)).all()
+    assert np.abs(found - expected)[expected > 0].max() < 1e-9
+    assert 10 < (expected <= 0).sum() < 390
+
+
+def test_what_has_touched_nothing_since_is_not_asked_what_is_within_it() -> None:
+    env, q = in_a_bowl(0.01, 20)
+    asked = []
+
+    def allowed(some: Array) -> NDArray[np.bool_]:
+        asked.append(len(some))
+        return np.ones(len(some), dtype=np.bool_)
+
+    model = CollisionModel(env.robot, [], allowed=allowed, allowed_apart=True)
+    assert (model.clearances(q, env.robot.poses_along(q)) > 0).all()
+    assert sum(asked) == 1
+
+
+def test_where_it_is_not_allowed_those_that_follow_are_asked() -> None:
+    known, follows = np.zeros((2, 6), dtype=np.bool_)
+    follows[[1, 2, 4]], known[5] = True, True
+    q = np.arange(6.0)[:, None]
+    asked = []
+
+    def allowed(some: Array) -> NDArray[np.bool_]:
+        asked.extend(some[:, 0].tolist())
+        return some[:, 0] > 0.5
+
+    found = _where_allowed(allowed, q, known, follows)
+    assert found.tolist() == [False, True, True, True, True, True]
+    assert sorted(asked) == [0, 1, 3]
 
 
 def test_in_any_order_they_are_the_same() -> None:

@@ -57,3 +57,28 @@ def test_there_are_problems_whose_ends_touch_nothing(name: str, tmp_path: Path) 
     assert len(problems) == 10
     model = env.collision_model()
     assert all(model.is_valid(p.start) and model.is_valid(p.goal) for p in problems)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", GROUPS)
+@pytest.mark.parametrize("step", [0.02, 1.0])
+def test_clearances_along_paths_are_those_of_single_configurations(
+    name: str, step: float, tmp_path: Path
+) -> None:
+    """Of meshes that are always near each other, and of others."""
+    urdf, srdf = files_of(name)
+    (tmp_path / "scene.yaml").write_text(BOXES)
+    scene = f"scene={tmp_path / 'scene.yaml'}"
+    env = envs.make(f"arm:urdf={urdf},srdf={srdf},group={GROUPS[name][0]},{scene}")
+    ends = env.space.sample(np.random.default_rng(1), 8)
+    t = np.linspace(0, step, 60)
+    pairs = zip(ends[::2], ends[1::2], strict=True)
+    q = np.concatenate(
+        [env.space.interpolate(*np.repeat([[a], [b]], 60, axis=1), t) for a, b in pairs]
+    )
+    model = env.collision_model()
+    expected, found = np.array([model.clearance(one) for one in q]), env.clearance(q)
+    free = expected > 0
+    assert (free == (found > 0)).all()
+    assert free.any()
+    assert found[free] == pytest.approx(expected[free], abs=1e-9)

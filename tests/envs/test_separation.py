@@ -16,7 +16,13 @@ from scipy.spatial.transform import Rotation
 from envs.collision import mesh, mesh_tree
 from envs.collision.fcl_model import CollisionModel
 from envs.collision.gjk import hull_distance, moved
-from envs.collision.separation import clearances_of_each, contacts_array, separations, shapes_of
+from envs.collision.separation import (
+    clearances_of_each,
+    contacts_array,
+    corners,
+    separations,
+    shapes_of,
+)
 from envs.collision.shapes import Box, Capsule, Cylinder, Mesh, PlacedShape, Solid, Sphere
 from envs.problem import Array
 from envs.robots.point import PointRobot
@@ -94,9 +100,8 @@ def test_where_hulls_are_nearest_there_may_be_no_mesh() -> None:
             assert exact - 2e-6 <= found <= exact + 2e-6
             rows = shapes.rows.copy()
             moved(shapes.rows[1], pose, rows[1])
-            first, last = shapes.first_corners[1], shapes.first_corners[2]
-            corners, others = shapes.corners[:first], shapes.corners[first:last]
-            gains.append(found - hull_distance(rows[0], corners, rows[1], others, np.inf))
+            hulls = hull_distance(rows[0], corners(shapes, 0), rows[1], corners(shapes, 1), np.inf)
+            gains.append(found - hulls)
     assert sum(gain > 1e-4 for gain in gains) > 10
     assert sum(gain < 1e-6 for gain in gains) > 10
 
