@@ -34,14 +34,14 @@ def corners_by_cell(corners: Array) -> tuple[Array, NDArray[np.int64]]:
     far along any unit vector d of the cell, as (u - v).d >= gap - |u - v| |d - c|, if the gap is
     more than |u - v| times the cell's radius.
     """
-    middles, radii = _cells()
-    along = corners @ middles.T
-    furthest = along.argmax(axis=0)
-    gaps = along.max(axis=0) - along
-    off = np.linalg.norm(corners[:, None] - corners[furthest], axis=2)
-    may_be = gaps <= off * radii + _ROUNDING * np.ptp(corners, axis=0).max()
-    cells, which = np.nonzero(may_be.T)
-    return corners[which], np.searchsorted(cells, np.arange(CELLS + 1))
+    rounding = _ROUNDING * np.ptp(corners, axis=0).max()
+    found = []
+    for middle, radius in zip(*_cells(), strict=True):  # all at once takes much memory
+        along = corners @ middle
+        most = int(along.argmax())
+        off = np.linalg.norm(corners - corners[most], axis=1)
+        found.append(np.flatnonzero(along[most] - along <= off * radius + rounding))
+    return corners[np.concatenate(found)], np.cumsum([0, *map(len, found)])
 
 
 @cache
