@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from importlib import metadata
 from time import perf_counter
@@ -32,6 +31,18 @@ if TYPE_CHECKING:
 _FIRST_SOLUTION_ONLY = ("RRTConnect", "FMT", "BFMT")
 """Planners that end with their first solution, whatever time is left."""
 
+_WITHOUT_THRESHOLD = ("AORRTC",)
+"""Planners that do not stop at the objective's cost, and must be told to."""
+
+_LOSES_STRAIGHT_LINES = ("AORRTC",)
+"""Planners that are asked only where no straight line to a goal is proved free: there AORRTC, of
+2.0.1, returns a path from the goal to the goal (OMPL's issue 1420)."""
+
+_ROUNDING = 1e-9
+"""By what share a path may be longer than the straight line, and still be taken for it. Where it
+is found, planners that draw only what may shorten it find nothing to draw: iterations of Sorted
+RRT* then take 0.25 s, and Informed RRT* divides the line into thousands of pieces."""
+
 _WANTED = "2."  # how the version begins
 _INSTALL = "pip install --no-deps ompl==2.0.1"
 _NEW = f"python -m venv ompl2; ompl2/bin/pip install plannerbench; ompl2/bin/{_INSTALL}"
@@ -41,7 +52,8 @@ class Ompl2Planner(Guest):
     """A planner of OMPL 2's `ompl.geometric` over the environment's configuration space.
 
     States are checked by the environment's FCL model and motions by its certified segment check, as
-    behind OMPL 1.7. The objective is path length; planning stops at the budget's cost.
+    behind OMPL 1.7. The objective is path length; planning stops at the budget's cost, or where a
+    path is the straight line.
 
     Args:
         algorithm: the class in `ompl.geometric`.
@@ -105,74 +117,109 @@ class Ompl2Planner(Guest):
         return f"{self.distribution} {metadata.version(self.distribution)}"
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
-        from ompl import geometric, util
-
-        checks, callbacks = self._model.checks, self._checks.seconds
-        util.RNG.setSeed(problem.seed)
-        definition = self._definition(problem, budget.stop_cost)
-        status = self._run(definition, usable(budget, self._algorithm))
-        path = definition.getSolutionPath() if definition.hasSolution() else None
-        exact = definition.hasExactSolution()
-        if path is not None and self._simplify and exact:
-            geometric.PathSimplifier(self._si).simplify(path, usable(budget, self._algorithm))
+        begin, checks, callbacks = perf_counter(), self._model.checks, self._checks.seconds
+        line = self._free_line(problem) if self._algorithm in _LOSES_STRAIGHT_LINES else None
+        if line is None:
+            status, path = self._solve(problem, budget)
+            history = self._progress.history
+        else:
+            status, path = Status.EXACT_SOLUTION, line
+            history = [[perf_counter() - begin, self._length(*line)]]
         stats = {
             "library": self._version,
             "collision_checks": self._model.checks - checks,
             "callback_s": self._checks.seconds - callbacks,
-            "cost_history": self._progress.history,
+            "cost_history": history,
         }
-        if path is None:
-            return PlannerResult(status, None, stats)
+        return PlannerResult(status, path, stats)
+
+    def _solve(self, problem: Problem, budget: Budget) -> tuple[Status, Array | None]:
+        """As OMPL does it; a path (k, d) if there is one."""
+        from ompl import geometric, util
+
+        util.RNG.setSeed(problem.seed)
+        definition = self._definition(problem, budget.stop_cost)
+        least = min(self._length(problem.start, q) for q in _goals(problem))
+        enough = max(budget.stop_cost, (1 + _ROUNDING) * least)
+        status = self._run(definition, usable(budget, self._algorithm), enough)
+        if not definition.hasSolution():
+            return status, None
+        path, exact = definition.getSolutionPath(), definition.hasExactSolution()
+        if self._simplify and exact:
+            geometric.PathSimplifier(self._si).simplify(path, usable(budget, self._algorithm))
         states = [self._space.values(state) for state in path.getStates()]
         # FMT*'s path to where it is already has one state.
         waypoints = np.array(states if len(states) > 1 else 2 * states)
-        status = Status.EXACT_SOLUTION if exact else Status.APPROXIMATE_SOLUTION
-        return PlannerResult(status, waypoints, stats)
+        return (Status.EXACT_SOLUTION if exact else Status.APPROXIMATE_SOLUTION), waypoints
 
-    def _run(self, definition: Any, seconds: float) -> Status:
-        """Plans for at most `seconds`; the status that holds if there is no solution then."""
-        from ompl import base, geometric
+    def _free_line(self, problem: Problem) -> Array | None:
+        """The shortest straight line (2, d) to a goal that is proved free; None if there is none."""
+        goals = sorted(_goals(problem), key=lambda q: self._length(problem.start, q))
+        begin = perf_counter()
+        free = (q for q in goals if self._checks.of_edge(problem.start, q))
+        found = next(free, None)
+        self._checks.seconds += perf_counter() - begin
+        return None if found is None else np.array([problem.start, found])
+
+    def _length(self, a: Array, b: Array) -> float:
+        """Of the straight line between two configurations (d,), as OMPL has it."""
+        return float(self._si.distance(self._state(a), self._state(b)))
+
+    def _run(self, definition: Any, seconds: float, enough: float) -> Status:
+        """Plans for at most `seconds`, or until a path is short enough; the status that holds if
+        there is no solution then."""
+        from ompl import base
+
+        planner = self._planner(definition)
+        condition = base.timedPlannerTerminationCondition(seconds)
+        end = perf_counter() + seconds
+        self._checks.stop_at(end)
+        self._progress.begin(_best_cost(planner), keen=self._algorithm in _WITHOUT_THRESHOLD)
+        self._progress.when_below(enough, condition.terminate)
+        if self._algorithm == "BITstar":
+            begin = end - unpruned(seconds)
+            self._progress.at(begin, lambda: planner.setPruneThresholdFraction(1.0))
+        answer = planner.solve(condition)
+        self._progress.end()
+        self._checks.stop_at(math.inf)  # the path may be simplified
+        return _STATUS.get(answer.getStatus().name, Status.TIMEOUT)
+
+    def _planner(self, definition: Any) -> Any:
+        """A new one of OMPL's, for a problem, with our parameters."""
+        from ompl import geometric
 
         planner = getattr(geometric, self._algorithm)(self._si)
         for setter, value in self._setters:
             getattr(planner, setter)(value)
         planner.setProblemDefinition(definition)
         planner.setup()
-        self._progress.begin(_best_cost(planner))
-        end = perf_counter() + seconds
-        self._checks.stop_at(end)
-        if self._algorithm == "BITstar":
-            begin = end - unpruned(seconds)
-            self._progress.at(begin, lambda: planner.setPruneThresholdFraction(1.0))
-        answer = planner.solve(base.timedPlannerTerminationCondition(seconds))
-        self._progress.end()
-        self._checks.stop_at(math.inf)  # the path may be simplified
-        return _STATUS.get(answer.getStatus().name, Status.TIMEOUT)
+        return planner
 
     def _definition(self, problem: Problem, stop_cost: float) -> Any:
         from ompl import base
 
         definition = base.ProblemDefinition(self._si)
-        goals = [problem.goal] if problem.goals is None else problem.goals
+        goals = _goals(problem)
         goal = base.GoalStates(self._si) if len(goals) > 1 else base.GoalState(self._si)
-        with ExitStack() as states:  # OMPL keeps copies
-            definition.addStartState(states.enter_context(self._state(problem.start)))
-            add = goal.addState if len(goals) > 1 else goal.setState
-            for q in goals:
-                add(states.enter_context(self._state(q)))
+        add = goal.addState if len(goals) > 1 else goal.setState
+        for q in goals:
+            add(self._state(q))
+        definition.addStartState(self._state(problem.start))
         definition.setGoal(goal)
         objective = self._space.path_length(self._si)
         objective.setCostThreshold(base.Cost(stop_cost))
         definition.setOptimizationObjective(objective)
         return definition
 
-    @contextmanager
-    def _state(self, q: Array) -> Iterator[Any]:
-        """A state at a configuration (d,)."""
-        state = self._si.allocState()
+    def _state(self, q: Array) -> Any:
+        """A state at a configuration (d,), of which OMPL makes copies."""
+        state = self._si.allocState()  # Python's to delete: `freeState` would do it twice
         self._space.fill(state, q)
-        yield state
-        self._si.freeState(state)
+        return state
+
+
+def _goals(problem: Problem) -> Sequence[Array]:
+    return [problem.goal] if problem.goals is None else list(problem.goals)
 
 
 def _best_cost(planner: Any) -> Callable[[], float] | None:
