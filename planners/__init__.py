@@ -128,7 +128,6 @@ REGISTRY: Registry[Planner] = Registry(
         _ompl2("aorrtc", "AORRTC", "RRT-Connect, repeated for ever shorter paths (AORRTC),"),
         _ompl2("rrtstar", "RRTstar", "RRT*"),
         _ompl2("informedrrtstar", "InformedRRTstar", "Informed RRT*"),
-        _ompl2("sorrtstar", "SORRTstar", "Sorted RRT*"),
         _ompl2("prmstar", "PRMstar", "PRM*", _SECOND_THREAD),
         _ompl2("bitstar", "BITstar", "BIT*"),
         _ompl2("fmt", "FMT", "FMT*, one batch of samples,"),

@@ -40,8 +40,8 @@ _LOSES_STRAIGHT_LINES = ("AORRTC",)
 
 _ROUNDING = 1e-9
 """By what share a path may be longer than the straight line, and still be taken for it. Where it
-is found, planners that draw only what may shorten it find nothing to draw: iterations of Sorted
-RRT* then take 0.25 s, and Informed RRT* divides the line into thousands of pieces."""
+is found, Informed RRT* finds nothing to draw that may shorten it, and divides it into thousands of
+pieces."""
 
 _WANTED = "2."  # how the version begins
 _INSTALL = "pip install --no-deps ompl==2.0.1"
@@ -153,7 +153,7 @@ class Ompl2Planner(Guest):
         return (Status.EXACT_SOLUTION if exact else Status.APPROXIMATE_SOLUTION), waypoints
 
     def _free_line(self, problem: Problem) -> Array | None:
-        """The shortest straight line (2, d) to a goal that is proved free; None if there is none."""
+        """The shortest straight line (2, d) to a goal that is proved free, if there is one."""
         goals = sorted(_goals(problem), key=lambda q: self._length(problem.start, q))
         begin = perf_counter()
         free = (q for q in goals if self._checks.of_edge(problem.start, q))

@@ -73,7 +73,6 @@ _NAMES = {
     "RRTstar": f"{_OF_INFORMED} focus_search informed_sampling new_state_rejection pruned_measure "
     "sample_rejection tree_pruning use_admissible_heuristic",
     "InformedRRTstar": _OF_INFORMED,
-    "SORRTstar": _OF_INFORMED,
     "AORRTC": "range",
     "PRMstar": "",
     "BITstar": "delay_rewiring_to_first_solution drop_unconnected_samples_on_prune "
