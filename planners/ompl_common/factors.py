@@ -62,7 +62,7 @@ def name_of(factors: Sequence[Factor]) -> str | None:
     return _NAMED.get(kinds) if factors[0].weight >= 1 else None
 
 
-_NAMED = {
+_NAMED: dict[tuple[tuple[Kind, int], ...], str] = {
     ((Kind.REALS, 2), (Kind.CIRCLE, 1)): "SE2",
     ((Kind.REALS, 3), (Kind.ROTATIONS, 4)): "SE3",
 }

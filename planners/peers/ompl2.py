@@ -232,7 +232,7 @@ def _best_cost(planner: Any) -> Callable[[], float] | None:
 def _motion_validator(si: Any, checks: Checks) -> Any:
     from ompl import base
 
-    class CertifiedMotionValidator(base.MotionValidator):  # type: ignore[misc, name-defined]
+    class CertifiedMotionValidator(base.MotionValidator):  # type: ignore[misc]
         def checkMotion(self, a: Any, b: Any) -> bool:  # noqa: N802
             return checks.of_motion(a, b)
 
