@@ -38,6 +38,10 @@ _LOSES_STRAIGHT_LINES = ("AORRTC",)
 """Planners that are asked only where no straight line to a goal is proved free: there AORRTC, of
 2.0.1, returns a path from the goal to the goal (OMPL's issue 1420)."""
 
+_SECOND_THREAD = ("PRMstar",)
+"""Planners with a thread that looks for a solution. It may call no object that Python has made, as
+it would wait for Python, which waits for it; so of several goals they are given the nearest."""
+
 _ROUNDING = 1e-9
 """By what share a path may be longer than the straight line, and still be taken for it. Where it
 is found, Informed RRT* finds nothing to draw that may shorten it, and divides it into thousands of
@@ -200,12 +204,16 @@ class Ompl2Planner(Guest):
 
         definition = base.ProblemDefinition(self._si)
         goals = _goals(problem)
-        goal = base.GoalStates(self._si) if len(goals) > 1 else base.GoalState(self._si)
-        add = goal.addState if len(goals) > 1 else goal.setState
-        for q in goals:
-            add(self._state(q))
+        if self._algorithm in _SECOND_THREAD:
+            goals = [min(goals, key=lambda q: self._length(problem.start, q))]
         definition.addStartState(self._state(problem.start))
-        definition.setGoal(goal)
+        if len(goals) == 1:
+            definition.setGoalState(self._state(goals[0]))  # which Python has not made
+        else:
+            several = base.GoalStates(self._si)
+            for q in goals:
+                several.addState(self._state(q))
+            definition.setGoal(several)
         objective = self._space.path_length(self._si)
         objective.setCostThreshold(base.Cost(stop_cost))
         definition.setOptimizationObjective(objective)
