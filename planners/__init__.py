@@ -64,6 +64,25 @@ def _peer(id: str, entry_point: str, description: str) -> Spec:
     return Spec(id, f"planners.peers.{entry_point}", description, groups=("peers",), in_all=False)
 
 
+def _ompl2(id: str, algorithm: str, name: str, not_repeatable: str = "") -> Spec:
+    return Spec(
+        f"ompl2-{id}",
+        "planners.peers.ompl2:Ompl2Planner",
+        f"OMPL 2's {name} with certified motion checks, a peer (python)",
+        {"algorithm": algorithm},
+        groups=("peers",),
+        in_all=False,
+        not_repeatable=not_repeatable,
+    )
+
+
+_SECOND_THREAD = (
+    "a second thread looks for a solution every 0.1 s, while the roadmap grows as fast as the "
+    "machine is"
+)
+"""Why PRM*'s paths are not repeatable."""
+
+
 REGISTRY: Registry[Planner] = Registry(
     "planner",
     [
@@ -106,6 +125,14 @@ REGISTRY: Registry[Planner] = Registry(
         _peer("mplib", "mplib:Mplib", "a peer: MPlib's RRT-Connect (python, range)"),
         _peer("roboplan", "roboplan:RoboPlan", "a peer: RoboPlan's RRT-Connect (python, range)"),
         _peer("vamp", "vamp:Vamp", "a peer: VAMP's RRT-Connect (python, range)"),
+        _ompl2("rrtconnect", "RRTConnect", "RRT-Connect"),
+        _ompl2("aorrtc", "AORRTC", "AORRTC"),
+        _ompl2("rrtstar", "RRTstar", "RRT*"),
+        _ompl2("informedrrtstar", "InformedRRTstar", "Informed RRT*"),
+        _ompl2("prmstar", "PRMstar", "PRM*", _SECOND_THREAD),
+        _ompl2("bitstar", "BITstar", "BIT*"),
+        _ompl2("fmt", "FMT", "FMT*"),
+        _ompl2("bfmt", "BFMT", "bidirectional FMT*"),
         Spec(
             "mpnet-hybrid",
             "planners.mpnet.planner:MpnetPlanner",
@@ -117,8 +144,7 @@ REGISTRY: Registry[Planner] = Registry(
             "PRMstar",
             "PRM*",
             ("prm*",),
-            not_repeatable="a second thread looks for a solution every 0.1 s, while the roadmap "
-            "grows as fast as the machine is",
+            not_repeatable=_SECOND_THREAD,
         ),
         _ompl("informedrrtstar", "InformedRRTstar", "Informed RRT*", ("informedrrt*",)),
         _ompl("bitstar", "BITstar", "BIT*", ("bit*",)),

@@ -1,8 +1,5 @@
 """Importing OMPL, and its planners' parameters by name, from text.
 
-OMPL itself reads text loosely: any word is true to it, "5abc" is 5, and a count of -1 is four
-billion.
-
 OMPL 1.7.0's loader opens `libompl.so` in site-packages, while its extension modules are linked to
 another copy in `ompl.libs/`. Both copies are torn down at exit, and the interpreter dies there
 after having worked correctly. Pointing the loader at the linked copy leaves one.
@@ -12,18 +9,13 @@ from __future__ import annotations
 
 import ctypes
 import importlib.util
-import math
-import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from envs import InputError
-from envs.errors import suggestion
-
-_FLAGS = {"true": "1", "1": "1", "false": "0", "0": "0"}
+from planners.ompl_common.parameter_text import count, flag, number, refused, unknown
 
 
 def set_parameters(
@@ -45,25 +37,17 @@ def set_parameters(
     known = [*names]
     for name, text in chosen.items():
         if name not in known:
-            near = suggestion(name, [*known, *own])
-            hint = f"; {near}" if near.startswith("did") else ""
-            listed = ", ".join([*known, *own])
-            raise InputError(f"{algorithm} has no parameter {name!r}{hint} ({listed})")
+            raise unknown(algorithm, name, [*known, *own])
         read = _read(type(parameters.getParam(name)).__name__, text)
         if read is None or not _taken(parameters, name, read):
-            raise InputError(f"{algorithm} refuses {name}={text}")
+            raise refused(algorithm, name, text)
 
 
 def _read(kind: str, text: str) -> str | None:
     """As OMPL cannot misread it, or None if it is not of the kind, a class of OMPL's."""
     if kind == "SpecificParamBool":
-        return _FLAGS.get(text.lower())
-    if kind in ("SpecificParamUint", "SpecificParamInt"):
-        return text if re.fullmatch("[0-9]{1,9}", text) else None
-    try:
-        return text if 0 <= float(text) < math.inf else None
-    except ValueError:
-        return None
+        return flag(text)
+    return count(text) if kind in ("SpecificParamUint", "SpecificParamInt") else number(text)
 
 
 def _taken(parameters: Any, name: str, text: str) -> bool:

@@ -16,7 +16,9 @@ from planners.base import Budget, Planner, PlannerResult, Status
 from planners.ompl import parameters
 from planners.ompl.parameters import set_parameters
 from planners.ompl.state_space import StateSpace, unit_square
-from planners.ompl.validity import CERTIFIED, Progress, validity_by
+from planners.ompl.validity import CERTIFIED, validity_by
+from planners.ompl_common.progress import Progress
+from planners.ompl_common.time_limit import unpruned, usable
 
 _ROADMAPS = ("PRMstar", "LazyPRMstar")
 
@@ -32,19 +34,6 @@ _MOST_ROADMAP_S = 86_400  # a day
 _GROWTH_OF_LAZY_ROADMAP = 0.02
 """The share of its time in which LazyPRM*'s roadmap grows; in the rest its edges are checked. In a
 generated house 1 s of growth gives 158,000 edges, which 24 s check."""
-
-_LEAD_S = 0.01
-_LEAD_SHARE = {"LazyPRMstar": 0.05, "AITstar": 0.1, "BITstar": 0.05}
-_LEAD_SHARE_OTHERS = 0.02
-"""How long before the deadline OMPL is told to stop, in seconds and as a share of the time given.
-It ends its current iteration after that, and these planners' iterations grow long: with 5 s, 0.1 s
-were seen in LazyPRM* and 0.3 s in AIT*."""
-
-_UNPRUNED_S = 1.0
-_UNPRUNED_SHARE = 0.2
-"""For how long before it stops BIT* no longer prunes its graph, in seconds or as a share of its
-time, whichever is more. It prunes in one iteration, and 0.5 s of it were seen after 1.1 s, 1 s
-after 4 s; without, iterations take 0.01 s. A graph with more samples than needed is no worse."""
 
 
 class OmplPlanner(Planner):
@@ -170,11 +159,11 @@ class OmplPlanner(Planner):
         else:
             planner = self._kept
             planner.clearQuery()
-        seconds = self._usable(budget)
+        seconds = usable(budget, self._algorithm)
         definition, status = self._run(planner, problem, seconds, budget.stop_cost)
         path = definition.getSolutionPath() if definition.hasSolution() else None
         if path is not None and self._simplify and definition.hasExactSolution():
-            geometric.PathSimplifier(self._si).simplify(path, self._usable(budget))
+            geometric.PathSimplifier(self._si).simplify(path, usable(budget, self._algorithm))
         stats = {
             "collision_checks": self._model.checks - checks,
             "callback_s": self._validity.seconds - callbacks,
@@ -188,11 +177,6 @@ class OmplPlanner(Planner):
         exact = definition.hasExactSolution()
         status = Status.EXACT_SOLUTION if exact else Status.APPROXIMATE_SOLUTION
         return PlannerResult(status, waypoints, stats)
-
-    def _usable(self, budget: Budget) -> float:
-        """Seconds to give OMPL, so that it has ended when the budget does."""
-        lead = _LEAD_SHARE.get(self._algorithm, _LEAD_SHARE_OTHERS)
-        return max(0.0, budget.remaining() * (1 - lead) - _LEAD_S)
 
     def _run(
         self, planner: Any, problem: Problem, seconds: float, stop_cost: float
@@ -212,12 +196,12 @@ class OmplPlanner(Planner):
         planner.setProblemDefinition(definition)
         if not planner.isSetup():
             planner.setup()
-        self._progress.begin(planner)
+        self._progress.begin(_best_cost(planner))
         end = perf_counter() + seconds
         self._validity.stop_at(end)
         if self._algorithm == "BITstar":
-            unpruned = max(_UNPRUNED_S, _UNPRUNED_SHARE * seconds)
-            self._progress.at(end - unpruned, lambda: planner.setPruneThresholdFraction(1.0))
+            begin = end - unpruned(seconds)
+            self._progress.at(begin, lambda: planner.setPruneThresholdFraction(1.0))
         # Not solve(seconds): that one polls the clock from a thread.
         answer = planner.solve(base.timedPlannerTerminationCondition(seconds))
         self._progress.end()
@@ -254,3 +238,12 @@ _STATUS = {
     "INVALID_GOAL": Status.INVALID_GOAL,
     "INFEASIBLE": Status.INFEASIBLE,
 }
+
+
+def _best_cost(planner: Any) -> Any:
+    """What gives the length of a planner's best path, as text; None if it does not tell."""
+    properties = planner.getPlannerProgressProperties()
+    # Not a mapping to Python: iterating it gives entries, not names.
+    names = list(properties.keys())
+    best = next((name for name in names if name.startswith("best cost")), None)
+    return properties[best] if best else None

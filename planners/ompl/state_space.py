@@ -9,19 +9,15 @@ here, and is slower.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from envs.problem import Array
 from envs.spaces import Coordinates, Kind, Space
 from planners.ompl import parameters
-
-_TURN = 2 * math.pi
+from planners.ompl_common.factors import Factor, Order, factors_of, is_flat, name_of
 
 
 class StateSpace:
@@ -39,13 +35,10 @@ class StateSpace:
     """
 
     def __init__(self, space: Space) -> None:
-        factors = _factors(space)
-        self._order = np.concatenate([factor.numbers for factor in factors])
-        circles = [factor.numbers for factor in factors if factor.kind is Kind.CIRCLE]
-        self._circles = np.concatenate([np.zeros(0, dtype=np.int64), *circles])
-        self._begin = space.lower[self._circles]
-        self._is_flat = [factor.kind for factor in factors] == [Kind.REALS]
-        self.ompl = factors[0].made() if self._is_flat else _product(factors)
+        factors = factors_of(space)
+        self._order = Order(space, factors)
+        self._is_flat = is_flat(factors)
+        self.ompl = _made(factors[0]) if self._is_flat else _product(factors)
 
     def values(self, state: Any) -> Array:
         """A state's configuration (size,)."""
@@ -54,19 +47,14 @@ class StateSpace:
         _, _, util = parameters.load()
         reals = util.vectorDouble()
         self.ompl.copyToReals(reals, state)
-        q = np.empty(len(self._order))
-        q[self._order] = list(reals)
-        q[self._circles] = self._begin + (q[self._circles] - self._begin) % _TURN
-        return q
+        return self._order.configuration(list(reals))
 
     def state(self, q: Array) -> Any:
         """A state (`ompl.base.State`) at a configuration (size,)."""
         base, _, util = parameters.load()
         state = base.State(self.ompl)
-        q = np.array(q, dtype=np.float64)
-        q[self._circles] -= _TURN * np.round(q[self._circles] / _TURN)  # OMPL has them about 0
         reals = util.vectorDouble()
-        reals.extend(q[self._order].tolist())
+        reals.extend(self._order.reals(q))
         self.ompl.copyFromReals(state(), reals)
         return state
 
@@ -106,66 +94,28 @@ def unit_square() -> StateSpace:
     return StateSpace(Space([Coordinates([0, 0], [1, 1])]))
 
 
-@dataclass(frozen=True, eq=False)
-class _Factor:
-    """A space of OMPL's that is part of a product.
-
-    Attributes:
-        kind: what it is.
-        numbers: (n,) of int, places of its numbers in a configuration.
-        weight: of its distance as OMPL has it.
-        lower, upper: (n,) bounds.
-    """
-
-    kind: Kind
-    numbers: NDArray[np.int64]
-    weight: float
-    lower: Array
-    upper: Array
-
-    def made(self) -> Any:
-        base, _, _ = parameters.load()
-        if self.kind is Kind.CIRCLE:
-            return base.SE2StateSpace().getSubspace(1)
-        if self.kind is Kind.ROTATIONS:
-            return base.SE3StateSpace().getSubspace(1)
-        return _real_vectors(self.lower, self.upper)
-
-
-_HALVES = {Kind.ROTATIONS: 2.0}
-"""By how much OMPL's distance is less than ours: that of rotations is half the angle."""
-
-
-def _factors(space: Space) -> list[_Factor]:
-    found = []
-    begin = 0
-    for part in space.parts:
-        for factor in part.factors():
-            lower, upper = part.lower[factor.places], part.upper[factor.places]
-            weight = part.weight * _HALVES.get(factor.kind, 1.0)
-            found.append(_Factor(factor.kind, begin + factor.places, weight, lower, upper))
-        begin += part.size
-    return found
-
-
-def _product(factors: Sequence[_Factor]) -> Any:
-    """SE(2) or SE(3), where it is one and positions have a weight of at least 1, which their
-    informed sampling takes for granted; else a compound."""
+def _made(factor: Factor) -> Any:
     base, _, _ = parameters.load()
-    named = {
-        ((Kind.REALS, 2), (Kind.CIRCLE, 1)): base.SE2StateSpace,
-        ((Kind.REALS, 3), (Kind.ROTATIONS, 4)): base.SE3StateSpace,
-    }
-    kinds = tuple((factor.kind, len(factor.numbers)) for factor in factors)
-    if kinds in named and factors[0].weight >= 1:
-        space = named[kinds]()
+    if factor.kind is Kind.CIRCLE:
+        return base.SE2StateSpace().getSubspace(1)
+    if factor.kind is Kind.ROTATIONS:
+        return base.SE3StateSpace().getSubspace(1)
+    return _real_vectors(factor.lower, factor.upper)
+
+
+def _product(factors: Sequence[Factor]) -> Any:
+    """SE(2) or SE(3), where it is one; else a compound."""
+    base, _, _ = parameters.load()
+    name = name_of(factors)
+    if name:
+        space = getattr(base, f"{name}StateSpace")()
         _bound(space, factors[0].lower, factors[0].upper)
         for number, factor in enumerate(factors):
             space.setSubspaceWeight(number, factor.weight)
     else:
         space = base.CompoundStateSpace()
         for factor in factors:
-            space.addSubspace(factor.made(), factor.weight)
+            space.addSubspace(_made(factor), factor.weight)
     space.setup()  # which finds the places of the values of states
     return space
 

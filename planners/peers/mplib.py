@@ -22,11 +22,11 @@ class Mplib(Peer):
         range: the longest motion, in radians and metres, as MPlib's `rrt_range`; 0 for OMPL's own
             choice.
         simplify: whether the path is simplified.
-        python: see `Peer`.
+        python: see `Guest`.
     """
 
-    package = "mplib"
     distribution = "mplib"
+    packages = ("numpy", "mplib")
 
     def __init__(self, range: float = 0.1, simplify: bool = True, python: str = "") -> None:
         super().__init__(python)

@@ -3,64 +3,40 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
-import os
-import subprocess
-import sys
 from abc import abstractmethod
-from functools import cached_property, lru_cache
+from functools import cached_property
 from importlib import metadata
-from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from envs.errors import InputError
 from envs.plain_scene import PlainScene
 from envs.problem import Array, Problem
-from planners.base import Budget, Planner, PlannerResult, Status
-
-_LOOK_S = 60.0  # for another Python to say whether it has a package
+from planners.base import Budget, PlannerResult, Status
+from planners.peers.guest import Guest, Installed
 
 
 class NoPathError(Exception):
     """No path was found; why, in the words of who looked for one."""
 
 
-class Peer(Planner):
-    """A planner of another package, for arms.
-
-    Class attributes:
-        package: that is imported.
-        distribution: what it is installed as.
+class Peer(Guest):
+    """A planner of another package, for arms, which it is told of as plain data.
 
     Args:
-        python: the interpreter that has the package, by its path; by default this one.
-
-    Raises:
-        InputError: there is no such file.
+        python: see `Guest`.
     """
 
     improves = False
     plans_from_data = True
-    package: ClassVar[str]
-    distribution: ClassVar[str]
 
-    def __init__(self, python: str = "") -> None:
-        if python:
-            file = os.path.abspath(Path(python).expanduser())  # noqa: PTH100  links are kept
-            if not os.access(file, os.X_OK) or Path(file).is_dir():
-                raise InputError(f"{self.distribution}: python={python} is no program; name one")
-            self.interpreter = file
-
-    def unsupported(self, env: Any) -> str | None:
-        """Of plain data."""
-        if not self._is_there:
-            return (
-                f"{self.distribution} is not installed; {self._advice}, or name an interpreter "
-                "that has it: python=PATH"
-            )
-        return self.refuses(env)
+    def lacking(self, found: Installed) -> str | None:
+        if not found.missing:
+            return None
+        return (
+            f"{self.distribution} is not installed; {self._advice}, or name an interpreter "
+            "that has it: python=PATH"
+        )
 
     @property
     def _advice(self) -> str:
@@ -68,13 +44,6 @@ class Peer(Planner):
         if self.interpreter:
             return f"{self.interpreter} -m pip install numpy {self.distribution}"
         return f"pip install {self.distribution}"
-
-    @property
-    def _is_there(self) -> bool:
-        """Whether the interpreter has the package."""
-        if not self.interpreter or self.interpreter == sys.executable:
-            return importlib.util.find_spec(self.package) is not None
-        return _has(self.interpreter, self.package)
 
     def refuses(self, scene: PlainScene) -> str | None:
         """Why it cannot plan in a scene, or None if it can: by default, where what moves is no arm,
@@ -119,18 +88,6 @@ def _status(said: str) -> Status:
         if "goal" in words:
             return Status.INVALID_GOAL
     return Status.TIMEOUT
-
-
-@lru_cache(maxsize=32)
-def _has(interpreter: str, package: str) -> bool:
-    """Whether another Python has NumPy and a package."""
-    code = f"import importlib.util as u; print(all(map(u.find_spec, ('numpy', {package!r}))))"
-    asked = [interpreter, "-I", "-c", code]
-    try:
-        said = subprocess.run(asked, capture_output=True, text=True, timeout=_LOOK_S, check=False)
-    except (OSError, subprocess.TimeoutExpired):
-        return False
-    return said.stdout.strip() == "True"
 
 
 def shortest_ways(path: Array, wraps: Any) -> Array:

@@ -28,11 +28,11 @@ class RoboPlan(Peer):
         range: the longest motion, in radians and metres, as RoboPlan's `max_connection_distance`.
         step: between states that are checked, as its `collision_check_step_size`.
         shortcut: whether the path is shortened by its `PathShortcutter`, on the clock.
-        python: see `Peer`.
+        python: see `Guest`.
     """
 
-    package = "roboplan"
     distribution = "roboplan"
+    packages = ("numpy", "roboplan")
 
     def __init__(
         self, range: float = 3.0, step: float = 0.05, shortcut: bool = False, python: str = ""

@@ -44,8 +44,8 @@ class Vamp(Peer):
         InputError: there is no such sampler or shape.
     """
 
-    package = "vamp"
     distribution = "vamp-planner"
+    packages = ("vamp", "numpy")
 
     def __init__(
         self,
