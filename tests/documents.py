@@ -74,6 +74,7 @@ NOT_RUN = {
     "with a few problems",
     "docs/own-planner.md: bench test-planner detours.py:Detours": "all planners take minutes; "
     "test_docs_plugins.py does the same with one",
+    "docs/peers.md: python3 -m venv": "installs a package; test_peers.py runs it so",
     "docs/planners.md: python -m venv": "installs packages; test_ompl2.py makes the same",
     "docs/quick-start.md: python3 -m venv": "installs the package",
     "docs/robots.md: bench show --env": "trains a planner; test_readme.py draws the arm and plans",

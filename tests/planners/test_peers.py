@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 import psutil
 import pytest
 from conftest import Cli, Refused, has_data, records_of
+from documents import block_after
 from hypothesis import given
 from hypothesis import strategies as st
 from interpreters import interpreter_with, made_interpreter, packages_of
@@ -198,12 +200,17 @@ def test_vamp_plans_in_an_interpreter_that_has_numpy_alone(
     assert rows["scene_s"].notna().all()
 
 
-@pytest.mark.usefixtures("small_set")
-def test_vamp_is_told_the_scene_and_its_paths_come_in_our_order(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+@pytest.fixture
+def stand_in_here(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """The stand-in for VAMP, in this process."""
     monkeypatch.syspath_prepend(str(STAND_INS))
-    monkeypatch.delitem(sys.modules, "vamp", raising=False)
+    assert "vamp" not in sys.modules
+    yield importlib.import_module("vamp")
+    del sys.modules["vamp"]
+
+
+@pytest.mark.usefixtures("small_set", "stand_in_here")
+def test_vamp_is_told_the_scene_and_its_paths_come_in_our_order() -> None:
     env = envs.make("mbm-panda-box")
     problem, other, _ = env.sample_problems(3, 0)
     planner = Vamp(range=0.5)
@@ -230,21 +237,39 @@ def test_vamp_is_told_the_scene_and_its_paths_come_in_our_order(
 
 
 @pytest.mark.usefixtures("small_set")
-def test_vamp_refuses_another_robot_of_the_same_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(STAND_INS))
-    monkeypatch.delitem(sys.modules, "vamp", raising=False)
-    import vamp
-
+def test_vamp_refuses_another_robot_of_the_same_name(
+    monkeypatch: pytest.MonkeyPatch, stand_in_here: Any
+) -> None:
     env = envs.make("mbm-panda-box")
     scene: Any = env.scene_of(env.sample_problems(1, 0)[0]).plain_scene
-    monkeypatch.setattr(vamp.panda, "eefk", staticmethod(lambda q: np.eye(4)))
+    monkeypatch.setattr(stand_in_here.panda, "eefk", staticmethod(lambda q: np.eye(4)))
     with pytest.raises(RuntimeError, match="is another robot"):
         Vamp().setup(scene, seed=1)
-    monkeypatch.setattr(vamp.panda, "joint_names", staticmethod(lambda: ["elbow", "wrist"]))
+    monkeypatch.setattr(
+        stand_in_here.panda, "joint_names", staticmethod(lambda: ["elbow", "wrist"])
+    )
     with pytest.raises(RuntimeError, match="wrist"):
         Vamp().setup(scene, seed=1)
     arm: Any = envs.make("arm6").plain_scene
     assert "not for a robot arm6" in str(Vamp().unsupported(arm))
+
+
+@pytest.mark.slow
+def test_a_planner_of_your_own_is_told_plain_data_elsewhere(bench: Cli, tmp_path: Path) -> None:
+    file = tmp_path / "elsewhere.py"
+    file.write_text(block_after("planner from data"), encoding="utf-8")
+    python = made_interpreter(tmp_path / "venv")
+    both = f"elsewhere,elsewhere:python={python}"
+    run = ("run", "--env", "c3d", "--problems", 6, "--stop", "first", "--planner-file", file)
+    code, _, err = bench(*run, "--planners", both, "--out", tmp_path / "run")
+    assert code == 0, err
+    rows = records_of(tmp_path / "run")
+    assert len(rows) == 12
+    here, there = (group for _, group in rows.groupby("planner"))
+    assert here.sort_values("problem")["outcome"].tolist() == (
+        there.sort_values("problem")["outcome"].tolist()
+    )
+    assert set(rows["outcome"]) == {"VALID", "COLLISION"}
 
 
 @pytest.fixture(scope="module", params=["mplib", "roboplan"])
