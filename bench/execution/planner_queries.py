@@ -75,12 +75,19 @@ HOSTED = _Hosted()
 
 def _imports_strangers(planner: Entry[Planner]) -> bool:
     """Whether making it imports a stranger's code: its own, or that of a planner which one of its
-    arguments names."""
+    arguments names, or describes (`Entry.description`)."""
     strangers = [spec for spec in planners.REGISTRY.specs() if spec.origin]
     names = {name for spec in strangers for name in (spec.id, *spec.aliases)}
     arguments = {**planner.spec.arguments, **planner.arguments}
-    said = {str(value).partition(":")[0] for value in arguments.values()}
+    said = {_named_by(value) for value in arguments.values()}
     return bool(planner.spec.origin) or not names.isdisjoint(said)
+
+
+def _named_by(argument: object) -> str:
+    """The name of the planner that an argument may be about."""
+    if isinstance(argument, dict):
+        return str(argument.get("id", ""))
+    return str(argument).partition(":")[0]
 
 
 def _query(
