@@ -84,15 +84,14 @@ class RoboPlan(Peer):
 def _add_obstacles(scene: Any, told: PlainScene, folder: Path) -> None:
     """Puts them into a scene, in which they may touch each other, and what else they may."""
     added: list[str] = []
+    solid_links = [link for link in told.robot.links if link.solids]
     for number, (name, solid) in enumerate(told.named_obstacles):
-        touching = [link.name for link in told.robot.links if name in link.touches_obstacles]
-        solids = {link.name for link in told.robot.links if link.solids}
+        touching = [link.name for link in solid_links if name in link.touches_obstacles]
         for part, piece in enumerate(solid.pieces()):
             of = f"{name}-{part}"
             place = np.asfortranarray(piece.pose)
             _add(scene, of, _WORLD, piece, place, folder / f"obstacle-{number}.obj")
-            allowed = [*added, *(link for link in touching if link in solids)]
-            scene.setCollisions([(of, other) for other in allowed], False)
+            scene.setCollisions([(of, other) for other in (*added, *touching)], False)
             added.append(of)
 
 
