@@ -41,8 +41,10 @@ class PlannerResult:
             along straight segments between waypoints.
         stats: JSON data, kept with the attempt. Reports use `collision_checks` (int, configurations
             or motions asked about), `cost_history` (pairs of seconds since the start of `solve` and
-            the length of the best path so far), `fallbacks` (int, calls of another planner) and,
-            of planners that say `planned_elsewhere`, `claimed_solve_s` (float, seconds).
+            the length of the best path so far), `fallbacks` (int, calls of another planner),
+            `checked_every` (float, the longest gap between the states that are checked along
+            motions) and, of planners that say `planned_elsewhere`, `claimed_solve_s` (float,
+            seconds).
 
     Example:
         >>> PlannerResult(Status.EXACT_SOLUTION, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]).stats

@@ -3,6 +3,7 @@ over how much of the path they are in contact."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
@@ -16,7 +17,7 @@ from bench.analysis.statistics.intervals import wilson_interval
 from bench.execution.problem_choice import ProblemChoice
 from bench.judging.judge import SceneModels
 from bench.judging.path_contacts import path_contacts
-from bench.storage.record import Verdict, decode_path
+from bench.storage.record import Verdict, checked_every, decode_path
 from envs import Environment, InputError
 from planners import Status
 
@@ -57,13 +58,16 @@ class Audit:
             contact; `refused_share` with its 95 % interval `refused_low`, `refused_high` (Wilson);
             `touching`, those in which contact was found at a place looked at; over these
             `depth_max`, `depth_median` and `share_of_path_mean`; `time_median`, seconds of planning
-            over all claimed.
-        units: of depths, by environment.
+            over all claimed; `checked_every`, how far apart in the configuration space the planner
+            checks states, NaN of those that prove motions or do not say.
+        overall: a row for each planner, the same over all environments.
+        units: of depths ("workspace") and of `checked_every` ("configuration"), by environment.
     """
 
     refused: pd.DataFrame
     summary: pd.DataFrame
-    units: Mapping[str, str]
+    overall: pd.DataFrame
+    units: Mapping[str, Mapping[str, str]]
 
     @property
     def worst(self) -> Mapping[str, Any] | None:
@@ -94,11 +98,17 @@ def audit(run: RunResults) -> Audit:
     ]
     columns = [field.name for field in fields(RefusedPath)]
     refused = pd.DataFrame([vars(row) for row in rows], columns=columns)
-    units = {id: env.units["workspace"] for id, (env, _) in made.items()}
+    units = {id: env.units for id, (env, _) in made.items()}
+    known = [whose for whose in run.order if _of(claimed, *whose).any()]
     summary = pd.DataFrame(
-        [_summarised(*whose, claimed, refused) for whose in run.order if _of(claimed, *whose).any()]
+        {"env": env, **_summarised(planner, *(t[_of(t, env, planner)] for t in (claimed, refused)))}
+        for env, planner in known
     )
-    return Audit(refused, summary, units)
+    overall = pd.DataFrame(
+        _summarised(planner, *(t[t["planner"] == planner] for t in (claimed, refused)))
+        for planner in dict.fromkeys(planner for _, planner in known)
+    )
+    return Audit(refused, summary, overall, units)
 
 
 def _environment(where: Mapping[str, Any]) -> Environment:
@@ -134,18 +144,14 @@ def _refused(
         )
 
 
-def _summarised(
-    env: str, planner: str, claimed: pd.DataFrame, refused: pd.DataFrame
-) -> dict[str, Any]:
-    claims, rows = (table[_of(table, env, planner)] for table in (claimed, refused))
-    touching = rows[rows["touches"].astype(bool)]
-    low, high = wilson_interval(len(rows), len(claims))
+def _summarised(planner: str, claims: pd.DataFrame, refused: pd.DataFrame) -> dict[str, Any]:
+    touching = refused[refused["touches"].astype(bool)]
+    low, high = wilson_interval(len(refused), len(claims))
     return {
-        "env": env,
         "planner": planner,
         "claimed": len(claims),
-        "refused": len(rows),
-        "refused_share": len(rows) / len(claims),
+        "refused": len(refused),
+        "refused_share": len(refused) / len(claims),
         "refused_low": low,
         "refused_high": high,
         "touching": len(touching),
@@ -153,7 +159,14 @@ def _summarised(
         "depth_median": touching["depth"].median(),
         "share_of_path_mean": touching["share"].mean(),
         "time_median": claims["solve_s"].median(),
+        "checked_every": _coarsest(claims),
     }
+
+
+def _coarsest(claims: pd.DataFrame) -> float:
+    """Of all environments."""
+    gaps = (checked_every(stats) for stats in claims["stats"])
+    return max((gap for gap in gaps if gap is not None), default=math.nan)
 
 
 def _of(table: pd.DataFrame, env: str, planner: str) -> pd.Series[bool]:

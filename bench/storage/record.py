@@ -202,8 +202,23 @@ def claimed_solve_s(stats: str) -> float | None:
     Args:
         stats: JSON, as in `bench.storage.record.Record`.
     """
+    return _told(stats, "claimed_solve_s")
+
+
+def checked_every(stats: str) -> float | None:
+    """How far apart, in the configuration space, a planner checks states along its motions, by its
+    own word; None if it does not say.
+
+    Args:
+        stats: JSON, as in `bench.storage.record.Record`.
+    """
+    return _told(stats, "checked_every")
+
+
+def _told(stats: str, name: str) -> float | None:
+    """A finite number from 0 on that a planner told under a name, if it did."""
     stored = json.loads(stats)
-    told = stored.get("claimed_solve_s") if isinstance(stored, dict) else None
+    told = stored.get(name) if isinstance(stored, dict) else None
     if isinstance(told, bool) or not isinstance(told, int | float):
         return None
     return float(told) if 0 <= told < math.inf else None

@@ -168,6 +168,7 @@ class OmplPlanner(Planner):
             "collision_checks": self._model.checks - checks,
             "callback_s": self._validity.seconds - callbacks,
             "cost_history": self._progress.history,
+            **self._validity.stats,
         }
         if path is None:
             return PlannerResult(status, None, stats)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 from envs import Environment, InputError
@@ -43,7 +44,12 @@ class Validity(Checks):
             keep this object as long as that one.
         space: its states'.
         progress: is told of every question.
+
+    Attributes:
+        stats: what is worth saying with every attempt.
     """
+
+    stats: Mapping[str, float] = MappingProxyType({})
 
     def __init__(
         self,
@@ -87,6 +93,8 @@ class SampledValidity(Validity):
     def _check_motions(self, si: Any, space: StateSpace, env: Environment, algorithm: str) -> None:
         si.setStateValidityCheckingResolution(self._resolution)
         self._si, self._space = si, space
+        gap = self._resolution * space.ompl.getMaximumExtent()
+        self.stats = {"checked_every": 2 * gap if algorithm in _SAMPLES_EDGES else gap}
 
     def of_edge(self, a: Array, b: Array) -> bool:
         start, end = self._space.state(a), self._space.state(b)  # which own what they give

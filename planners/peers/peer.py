@@ -29,6 +29,8 @@ class Peer(Guest):
 
     improves = False
     plans_from_data = True
+    checked_every: float | None = None
+    """How far apart the states are that are checked along motions, where that can be said."""
 
     def lacking(self, found: Installed) -> str | None:
         if not found.missing:
@@ -63,7 +65,9 @@ class Peer(Guest):
         return self.distribution
 
     def solve(self, problem: Problem, budget: Budget) -> PlannerResult:
-        stats = {"library": self._version}
+        stats: dict[str, Any] = {"library": self._version}
+        if self.checked_every is not None:
+            stats["checked_every"] = self.checked_every
         try:
             path = self.planned(problem, budget)
         except NoPathError as error:

@@ -38,7 +38,8 @@ class RoboPlan(Peer):
         self, range: float = 3.0, step: float = 0.05, shortcut: bool = False, python: str = ""
     ) -> None:
         super().__init__(python)
-        self._range, self._step, self._shortcut = range, step, shortcut
+        self._range, self._shortcut = range, shortcut
+        self.checked_every = self._step = step
 
     def setup(self, env: Any, *, seed: int) -> None:
         self.set_scene(env)

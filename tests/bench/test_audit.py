@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import bench as front_door
 import envs
 from bench.judging.path_contacts import path_contacts
 from bench.report.audit_report import NOTE
+from bench.storage.record import checked_every
 from envs.collision.shapes import Box
 from envs.problem import Array
 from envs.scenes.boxes import BoxWorld
@@ -94,12 +96,21 @@ def test_states_far_apart_pass_what_the_judge_refuses(bench: Cli, tmp_path: Path
     assert 0 < coarse["share_of_path_mean"] < 1
     assert coarse["refused_low"] < coarse["refused_share"] < coarse["refused_high"]
     assert table["refused"].iloc[3] <= coarse["refused"]
+    extent = envs.make("c3d").sampling_space.extent
+    gaps = [share * extent for share in (0.3, 0.1, 0.003)]
+    assert table["checked_every"].tolist()[1:] == pytest.approx(gaps)
+    assert np.isnan(proved["checked_every"])
     paths = pd.read_csv(tmp_path / "audit_paths.csv")
     assert len(paths) == table["refused"].sum()
     assert paths["depth"].max() == table["depth_max"].max()
     for name in ("audit.png", "worst.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
-    assert (tmp_path / "audit.md").read_text() in out.replace("\r", "") or "refused" in out
+    page = (tmp_path / "audit.md").read_text()
+    assert page.startswith(out[: out.index(NOTE)])
+    deepest = paths.loc[paths["depth"].idxmax()]
+    assert f"problem {deepest['problem']} of c3d by {deepest['planner']}" in page
+    for picture in ("audit.png", "worst.png"):
+        assert f"]({picture})" in page
 
     again = tmp_path / "again"
     code, _, err = bench("audit", tmp_path, "--out", again)
@@ -110,13 +121,40 @@ def test_states_far_apart_pass_what_the_judge_refuses(bench: Cli, tmp_path: Path
     assert frames.worst is not None and frames.worst["depth"] == paths["depth"].max()
 
 
+def test_environments_are_also_counted_together(bench: Cli, tmp_path: Path) -> None:
+    """Lengths of several units have no place in one table."""
+    sampled = "rrtconnect:resolution=0.2,validator=sampled"
+    code, _, err = bench(
+        *("audit", "--env", "c3d,c3d:scene=1,arm4", "--planners", f"{sampled},fmm"),
+        *("--problems", "6", "--out", tmp_path),
+    )
+    assert code == 0, err
+    found = front_door.load(tmp_path).audit()
+    overall, each = found.overall.set_index("planner"), found.summary.set_index("planner")
+    assert overall.index.tolist() == [sampled, "fmm"]
+    for count in ("claimed", "refused", "touching"):
+        assert overall[count].to_dict() == each[count].groupby(level=0).sum().to_dict()
+    assert overall.loc[sampled, "refused"] > 0
+    assert overall.loc[sampled, "refused_low"] < overall.loc[sampled, "refused_share"]
+    assert overall.loc[sampled, "checked_every"] == each.loc[sampled, "checked_every"].max()
+    text = (tmp_path / "audit.md").read_text()
+    [of_all] = [line for line in text.splitlines() if line.startswith("| all") and sampled in line]
+    assert " units" not in of_all and " rad" not in of_all and " m " not in of_all
+    assert sum(line.startswith("| c3d:scene=1") for line in text.splitlines()) == 2
+
+
+@pytest.mark.parametrize("said", ["soon", True, -1, None, 1e999])
+def test_what_is_no_gap_between_states_is_not_taken_for_one(said: object) -> None:
+    assert checked_every(json.dumps({"checked_every": said})) is None
+
+
 def test_without_refusals_there_is_no_worst_path(bench: Cli, tmp_path: Path) -> None:
     code, _, err = bench(
         *("audit", "--env", "c3d", "--planners", "rrtconnect", "--problems", "3"),
         *("--out", tmp_path),
     )
     assert code == 0, err
-    assert "worst.png" not in err
+    assert "worst.png" not in err + (tmp_path / "audit.md").read_text()
     assert not (tmp_path / "worst.png").exists()
 
 

@@ -269,3 +269,13 @@ def test_the_resolution_is_a_share_of_the_extent() -> None:
         assert planner._validity.of_edge(low, high)
         asked.append(planner._model.checks - before)
     assert asked == pytest.approx([2, 10, 50], abs=2)
+
+
+@pytest.mark.parametrize(("name", "gaps"), [("rrtconnect", 1), ("prmstar", 1), ("eitstar", 2)])
+def test_attempts_say_how_far_apart_states_were_checked(name: str, gaps: int) -> None:
+    """EIT* skips every other state, those of an earlier pass."""
+    env = ThinWalls()
+    problem = Problem(np.array([-9.0, 9.5, 0.0]), np.array([9.0, 9.5, 0.0]), 0, 5)
+    sampled = solve(env, problem, f"{name}:validator=sampled,resolution=0.02", math.inf, 5)
+    assert sampled.stats["checked_every"] == pytest.approx(gaps * 0.02 * env.space.extent)
+    assert "checked_every" not in solve(env, problem, name, math.inf, 0.5).stats

@@ -27,6 +27,7 @@ from scipy.spatial.transform import Rotation
 import envs
 import planners
 from bench.execution import guest
+from bench.storage.record import checked_every
 from envs import Environment
 from envs.errors import InputError
 from envs.problem import Problem
@@ -296,6 +297,8 @@ def test_the_real_package_plans_what_the_judge_can_check(
     assert set(rows["outcome"]) <= {"VALID", "COLLISION", "TIMEOUT"}
     assert (rows["outcome"] == "VALID").mean() >= 0.3
     assert rows["stats"].str.contains(f"{name} [0-9]").all()
+    told = rows["stats"].map(checked_every).tolist()
+    assert told == [0.05 if name == "roboplan" else None] * len(rows)
 
 
 def agreement(env: Environment, installed: tuple[str, Path], folder: Path) -> None:
