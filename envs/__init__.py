@@ -45,6 +45,12 @@ REGISTRY: Registry[Environment] = Registry(
             "point robot about one cube, the paper's box (side, robot_radius)",
         ),
         Spec(
+            "maze",
+            "envs.scenes.maze:Maze",
+            "point robot between a maze's thin walls, in the plane or in space (scene, dimension, "
+            "rooms, loops, corridor, robot_radius)",
+        ),
+        Spec(
             "bunny",
             "envs.scenes.bunny:Bunny",
             "point robot about the Stanford bunny, fetched once (robot_radius)",

@@ -38,6 +38,7 @@ class SpeedGrid:
         lower, upper: (d,) the first node and the last.
         spacing: (d,) between nodes, in lengths.
         radius: of the sphere about the exact goal on which fronts start.
+        fastest: the highest speed on the nodes.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class SpeedGrid:
         # A slice of nodes at a time: in many dimensions all of them take more room than the speeds.
         speed = np.stack([self._speeds(x) for x in self._once[0]])
         self._medium = Medium(speed, self.spacing, tuple(self._space.wraps), order)
+        self.fastest = float(speed.max())
 
     def _speeds(self, first: float) -> Array:
         """Speeds on the nodes with a first coordinate, one axis for each of the others."""
@@ -85,7 +87,7 @@ class SpeedGrid:
     def least_time(self, start: Array, goal: Array) -> float:
         """What a front takes at least from its sphere about `goal` (d,) to `start` (d,)."""
         distance = np.linalg.norm(self._weights * self._space.difference(start, goal))
-        return max(float(distance) - self.radius, self.radius) / float(self._medium.speed.max())
+        return max(float(distance) - self.radius, self.radius) / self.fastest
 
     def times_at(self, times: Array, goal: Array, q: Array) -> Array:
         """Arrival times (n,) at configurations (n, d) within the bounds, from those on the nodes,

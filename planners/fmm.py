@@ -84,7 +84,7 @@ class FastMarching(Planner):
             times = grid.arrival_times(goal, most * grid.least_time(start, goal))
             field = RegularGrid.between(times, grid.lower, grid.upper)
             try:
-                return descend(field, self._env.space, start, goal, grid.radius)
+                return descend(field, self._env.space, start, goal, grid.radius, grid.fastest)
             except _UnknownTimeError:
                 continue
         raise AssertionError("all times are known")
@@ -99,7 +99,7 @@ _HORIZONS = (1.5, 3.0, math.inf)
 """How far a front is followed, by the least time that it may take to the start: mostly once."""
 
 _STEP = 0.5  # length of a step, in grid spacings
-_STEP_LIMIT = 20  # steps per node of an axis: ten times across the grid
+_STEP_LIMIT = 2  # by the steps that the time to a place allows at the highest speed
 
 
 class _UnknownTimeError(Exception):
@@ -107,10 +107,10 @@ class _UnknownTimeError(Exception):
 
 
 def descend(
-    field: RegularGrid, space: Space, start: Array, goal: Array, radius: float
+    field: RegularGrid, space: Space, start: Array, goal: Array, radius: float, fastest: float
 ) -> Array | None:
     """The path (k, d) of steepest descent in a field from `start` to `goal`, or None if it gets
-    stuck.
+    stuck: if it is twice as long as a way at the speed `fastest` comes in the time at `start`.
 
     Goes on until `goal` is within `radius`, then straight; each step is half a spacing long, in the
     direction of the gradient half a step ahead (midpoint rule). Lengths are Euclidean in the
@@ -123,7 +123,10 @@ def descend(
     length = _STEP * float((field.spacing * weights).min())
     q = np.array(start)
     path = [q]
-    for _ in range(_STEP_LIMIT * max(field.values.shape)):
+    [time] = field.at_nearest(q[None])
+    if math.isnan(time):
+        raise _UnknownTimeError
+    for _ in range(math.ceil(_STEP_LIMIT * (max(time, 0.0) * fastest + radius) / length)):
         if np.linalg.norm(weights * space.difference(q, goal)) <= radius:
             return np.array([*path, goal])
         direction = _downhill(field, q, weights)

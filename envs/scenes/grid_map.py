@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property
-from hashlib import sha256
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from envs.collision.ball_motions import BallAmongCells
-from envs.collision.motion_check import MotionCheck
-from envs.collision.occupancy import CellDistances, covering_boxes
-from envs.collision.shapes import Box
 from envs.errors import InputError, tell_once
 from envs.files.map_file import read_map, read_problems
 from envs.files.map_formats.cells import OCCUPIED, Cells
-from envs.free_space import GridComponents
-from envs.grid import node_counts
-from envs.problem import Array, Problem
-from envs.scenes.point_world import PointWorld
+from envs.problem import Problem
+from envs.scenes.cell_world import CellWorld, digest
 from envs.seeding import TEST_SEEDS, derived_seed
 from envs.speed_model import SpeedModel
 
@@ -33,29 +23,14 @@ _SLOWEST, _DETOUR, _LEAST = 7, 3, 0.002
 ways may be a cell wide. At contact the speed is such that to cross a wall of one cell takes as long
 as a detour of three times the map's longest side, but no less than the last number."""
 
-_APART = 5
-"""Ends of problems are a fifth of the longest side apart."""
-
-_MOST_NODES = 10_000_000
-"""Of the grid on which free space is explored."""
-
-_TO_A_NODE = 0.9
-"""By the spacing of such a grid: from no place its nearest node is farther, also in space."""
-
 _NEAREST = 0.02
 """By the side of a cell: what ends of problems in files must keep clear, at least."""
-
-_MOST_BOXES = 200_000
-"""Each takes a few kilobytes, with what FCL keeps of it."""
 
 _FINEST, _COARSEST = 1e-3, 1e3
 """Between which the side of a cell is: to a quarter of it paths are judged, at least."""
 
-_TALL = 50
-"""What stands in the plane is a 50th as tall as the map is long, in pictures."""
 
-
-class GridMap(PointWorld):
+class GridMap(CellWorld):
     """A disc among the occupied squares of a map, or a ball among cubes, in metres, or in cells of
     Moving AI's maps.
 
@@ -76,7 +51,6 @@ class GridMap(PointWorld):
     """
 
     kind_of_problems = "grid"
-    advice = "the robot has too little room; make it smaller (radius), or give a larger map"
 
     def __init__(
         self,
@@ -89,49 +63,18 @@ class GridMap(PointWorld):
         if not file:
             raise InputError("grid: say which map, as in grid:file=map.yaml")
         cells = read_map(file, unknown)
-        self._cells = cells.occupied
-        self._side = _side(cells, resolution, file)
-        dimension = self._cells.ndim
-        self._origin = np.zeros(dimension) if cells.origin is None else cells.origin
-        sides = self._side * np.array(self._cells.shape)
-        if not 0 <= 2 * radius < sides.min():
-            raise InputError(
-                f"grid: radius must be from 0 to less than half of the map's shortest side, "
-                f"{sides.min() / 2:g}, not {radius:g}"
-            )
-        extent = float(sides.max())
-        super().__init__(radius, self._speed_model(extent))
-        self.lower, self.upper = self._origin + radius, self._origin + sides - radius
+        side = _side(cells, resolution, file)
+        dimension = cells.occupied.ndim
+        origin = np.zeros(dimension) if cells.origin is None else cells.origin
+        speeds = _speed_model(side, side * max(cells.occupied.shape))
+        super().__init__(f"grid:file={file}", cells.occupied, side, origin, radius, speeds)
         unit = "m" if resolution else cells.unit
         self.units = {"configuration": unit, "workspace": unit}
-        self.min_separation = extent / _APART
-        boxes = covering_boxes(self._cells)
-        if len(boxes) > _MOST_BOXES:
-            raise InputError(
-                f"grid: {file} is too ragged: it takes {len(boxes)} boxes to cover what is "
-                f"occupied, more than {_MOST_BOXES}; smooth it, scale it down, or cut out a part"
-            )
-        self._boxes = [self._box(*corners) for corners in boxes]
-        self.obstacles = self._boxes
-        self._distances = CellDistances(self._cells)
-        self.min_clearance = _TO_A_NODE * self._spacing
         self._ends, self._lengths = np.zeros((0, 2, dimension)), np.zeros(0)
         if scen:
             self._take_problems(scen, file, cells)
             self.problem_count = len(self._ends)
         self._tell(file, cells)
-
-    def _speed_model(self, extent: float) -> SpeedModel:
-        d_max = min(extent / _SLOWER, _CELLS * self._side)
-        d_min = min(d_max / _SLOWEST, self._side / 2)
-        return SpeedModel(d_min, d_max, contact=max(self._side / (_DETOUR * extent), _LEAST))
-
-    def _box(self, begin: NDArray[np.int64], end: NDArray[np.int64]) -> Box:
-        """What stands on some cells."""
-        middle, sides = np.zeros(3), np.full(3, self._side * max(self._cells.shape) / _TALL)
-        middle[: len(begin)] = self._origin + self._side * (begin + end) / 2
-        sides[: len(begin)] = self._side * (end - begin)
-        return Box(middle, sides)
 
     def _take_problems(self, scen: str, file: str, cells: Cells) -> None:
         problems = read_problems(scen, file, cells)
@@ -157,39 +100,6 @@ class GridMap(PointWorld):
         if cells.unknown:
             said.append(f"{cells.unknown:.0%} not known (see unknown=)")
         tell_once(", ".join([*said, *cells.notes]))
-
-    @cached_property
-    def _spacing(self) -> float:
-        """Between nodes that prove connections: half a cell, so that a way a cell wide counts as
-        open; twice that, and so on, where these were too many."""
-        spacing = self._side / 2
-        while np.prod(self._node_counts(spacing), dtype=np.float64) > _MOST_NODES:
-            spacing *= 2
-        return spacing
-
-    def _node_counts(self, spacing: float) -> NDArray[np.int64]:
-        # No more for rounding: nodes are in the middles of cells and of their sides.
-        return np.maximum(node_counts(self.lower, self.upper, spacing * (1 + 1e-9)), 2)
-
-    def explored(self) -> GridComponents:
-        counts = self._node_counts(self._spacing)
-        return GridComponents(self.clearance, self.lower, self.upper, counts)
-
-    @property
-    def obstacle_names(self) -> Sequence[str]:
-        """By the cells, as the boxes are no parts that a user knows."""
-        return [
-            f"occupied cells about {_text(box.center[: self.dimension])}" for box in self._boxes
-        ]
-
-    def clearance(self, q: Array) -> Array:
-        there = (self.configurations(q) - self._origin) / self._side
-        return self._side * self._distances(there) - self.robot.radius
-
-    def motion_check(self, tolerance: float) -> MotionCheck:
-        known = self._distances.occupied, self._origin, float(self._side)
-        check = BallAmongCells(*known, float(self.robot.radius), float(tolerance))
-        return MotionCheck(check)
 
     def sample_problems(self, n: int, seed: int) -> list[Problem]:
         """See `Environment.sample_problems`. Where a file has the problems, they are the same of
@@ -219,12 +129,15 @@ class GridMap(PointWorld):
         return {
             "class": "GridMap",
             "version": 1,
-            "cells": [list(self._cells.shape), _digest(np.packbits(self._cells))],
-            "side": self._side,
-            "origin": self._origin.tolist(),
-            **({"ends": _digest(self._ends)} if len(self._ends) else {}),
-            **self.point_definition(),
+            **({"ends": digest(self._ends)} if len(self._ends) else {}),
+            **self.cells_definition(),
         }
+
+
+def _speed_model(side: float, extent: float) -> SpeedModel:
+    d_max = min(extent / _SLOWER, _CELLS * side)
+    d_min = min(d_max / _SLOWEST, side / 2)
+    return SpeedModel(d_min, d_max, contact=max(side / (_DETOUR * extent), _LEAST))
 
 
 def _side(cells: Cells, resolution: float, file: str) -> float:
@@ -237,11 +150,3 @@ def _side(cells: Cells, resolution: float, file: str) -> float:
             f"grid: {file}: a resolution must be from {_FINEST:g} to {_COARSEST:g}, not {side:g}"
         )
     return side
-
-
-def _text(place: Array) -> str:
-    return "(" + ", ".join(f"{x:.4g}" for x in place) + ")"
-
-
-def _digest(numbers: NDArray[Any]) -> str:
-    return sha256(np.ascontiguousarray(numbers).tobytes()).hexdigest()[:16]

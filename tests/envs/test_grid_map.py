@@ -22,7 +22,7 @@ from scipy import ndimage
 import envs
 from envs import InputError, Problem
 from envs.collision.shapes import Sphere
-from envs.scenes import grid_map
+from envs.scenes import cell_world
 from envs.scenes.grid_map import GridMap
 from envs.seeding import training_seed
 
@@ -224,7 +224,7 @@ def test_a_resolution_is_a_length(tmp_path: Path) -> None:
 
 
 def test_a_ragged_map_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(grid_map, "_MOST_BOXES", 5)
+    monkeypatch.setattr(cell_world, "_MOST_BOXES", 5)
     with pytest.raises(InputError, match=r"too ragged: it takes .* boxes .* more than 5"):
         made(f"file={write_image(tmp_path / 'map.png')}")
 

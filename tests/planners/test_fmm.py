@@ -67,7 +67,7 @@ def test_descent_in_a_known_field() -> None:
     away = (q - goal) / np.linalg.norm(q - goal)
     assert field.gradient(q) == pytest.approx(away, abs=1e-3)
     space = Space([Coordinates(field.lower, field.upper)])
-    path = descend(field, space, q, goal, 0.1)
+    path = descend(field, space, q, goal, 0.1, 1.0)
     assert path is not None
     whole = space.length(path)
     assert whole == pytest.approx(np.linalg.norm(q - goal), rel=1e-3)
@@ -76,7 +76,7 @@ def test_descent_in_a_known_field() -> None:
 def test_a_flat_field_leads_nowhere() -> None:
     field = RegularGrid.between(np.zeros((5, 5)), np.zeros(2), np.full(2, 4.0))
     space = Space([Coordinates(field.lower, field.upper)])
-    assert descend(field, space, np.array([1.0, 1.0]), np.array([3.0, 3.0]), 0.1) is None
+    assert descend(field, space, np.array([1.0, 1.0]), np.array([3.0, 3.0]), 0.1, 1.0) is None
 
 
 class Cylinder(envs.Environment):
@@ -113,7 +113,7 @@ def test_on_a_cylinder_fronts_go_round_and_paths_take_the_short_way() -> None:
 
     field = RegularGrid.between(times, grid.lower, grid.upper)
     start = np.array([1.0, -2.5])
-    path = descend(field, env.space, start, goal, grid.radius)
+    path = descend(field, env.space, start, goal, grid.radius, grid.fastest)
     assert path is not None
     straight = np.hypot(2.1, 2 * (2 * np.pi - 5.4))
     steps = env.space.difference(path[:-1], path[1:]) * [1, 2]
@@ -158,7 +158,7 @@ def test_paths_are_those_of_the_whole_field(
     for start, goal in env.sampling_space.sample(np.random.default_rng(3), 24).reshape(12, 2, -1):
         path = planner.solve(Problem(start, goal), Budget(np.inf)).path
         field = RegularGrid.between(grid.arrival_times(goal), grid.lower, grid.upper)
-        whole = descend(field, env.space, start, goal, grid.radius)
+        whole = descend(field, env.space, start, goal, grid.radius, grid.fastest)
         assert (path is None) == (whole is None)
         assert path is None or (path == whole).all()
     assert sum(until < np.inf for until in marches.until) >= 12
@@ -227,3 +227,16 @@ def test_goals_near_thin_walls_are_reached(tmp_path: Path) -> None:
     ):
         path = _solve(env, Problem(np.zeros(3), np.array(goal)), "fmm")
         assert model.min_clearance(path) > model.tolerance
+
+
+def test_a_way_may_be_many_times_as_long_as_the_world() -> None:
+    """Through all rooms of a maze in space: up to thirteen times its side."""
+    env = envs.make("maze:rooms=5,dimension=3")
+    planner = planners.make("fmm")
+    planner.setup(env, seed=0)
+    lengths = []
+    for problem in env.problems_at([5, 14], 0):
+        result = planner.solve(problem, Budget(perf_counter() + 60))
+        assert result.status is Status.EXACT_SOLUTION
+        lengths.append(env.space.length(np.asarray(result.path)))
+    assert max(lengths) > 200
