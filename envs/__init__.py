@@ -58,7 +58,8 @@ REGISTRY: Registry[Environment] = Registry(
         Spec(
             "gibson-generated",
             "envs.scenes.gibson:GeneratedHouse",
-            "point robot in a generated, furnished house, scanned with flaws (scene, robot_radius)",
+            "point robot in a generated, furnished house, scanned with flaws (scene, robot_radius, "
+            "door)",
         ),
         Spec(
             "gibson",
@@ -72,7 +73,7 @@ REGISTRY: Registry[Environment] = Registry(
             Spec(
                 model,
                 "envs.scenes.arms:ShippedArm",
-                f"{joints} at a cluttered table (scene, self_collision)",
+                f"{joints} at a cluttered table (scene, self_collision, posts)",
                 {"model": model},
             )
             for model, joints in (

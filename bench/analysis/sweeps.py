@@ -1,63 +1,85 @@
-"""Planners of a run that differ in one number: `rrtstar:range=0.5|1|2`."""
+"""Planners of a run that differ in one number, `rrtstar:range=0.5|1|2`, or environments."""
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 import planners
 from envs import InputError
+from envs.registry import Entry, Registry
 from envs.registry.arguments import argument_text
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A planner with several values of a parameter.
+    """A planner, or an environment, with several values of a parameter.
 
     Attributes:
-        planner: its name, with the arguments that are the same.
+        name: its own, with the arguments that are the same.
         parameter: the one that differs.
-        values: at least two, ascending, with the planner's id at each.
+        values: at least two, ascending, with the id at each.
     """
 
-    planner: str
+    name: str
     parameter: str
     values: tuple[tuple[float, str], ...]
 
     @property
     def title(self) -> str:
         """As in "rrtstar over range"."""
-        return f"{self.planner} over {self.parameter}"
+        return f"{self.name} over {self.parameter}"
 
 
-def sweeps(ids: Sequence[str]) -> list[Sweep]:
-    """What planners with these ids are sweeps of, in their order. Those of a file that is not at
+_NAMES = ("scene",)
+"""Parameters whose numbers are names, of which the order means nothing."""
+
+
+def sweeps(ids: Sequence[str], registry: Registry[Any] = planners.REGISTRY) -> list[Sweep]:
+    """What entries of a registry with these ids are sweeps of, in their order: those with another
+    number for a parameter, or its default, and all else the same. Those of a file that is not at
     hand are left out."""
+    entries = {id: entry for id in ids for entry in _known(id, registry)}
+    swept = dict.fromkeys(
+        (entry.spec.id, name)
+        for entry in entries.values()
+        for name, given in entry.arguments.items()
+        if name not in _NAMES and math.isfinite(_number(given))
+    )
     found: dict[tuple[str, str], dict[float, str]] = {}
-    for id in ids:
-        for others, parameter, value in _places(id):
-            found.setdefault((others, parameter), {})[value] = id
+    for spec, parameter in swept:
+        for id, entry in entries.items():
+            value = _value(entry, parameter)
+            if entry.spec.id == spec and math.isfinite(value):
+                others = _without(entry.arguments, parameter)
+                name = f"{spec}:{others}" if others else spec
+                found.setdefault((name, parameter), {})[value] = id
     return [
-        Sweep(planner, parameter, tuple(sorted(values.items())))
-        for (planner, parameter), values in found.items()
+        Sweep(name, parameter, tuple(sorted(values.items())))
+        for (name, parameter), values in found.items()
         if len(values) > 1
     ]
 
 
-def _places(id: str) -> Iterator[tuple[str, str, float]]:
-    """Of each number among a planner's arguments what the planner is without it, its name, and the
-    number."""
+def _known(id: str, registry: Registry[Any]) -> Iterator[Entry[Any]]:
+    """Its entry, if there is one."""
+    with suppress(InputError):
+        yield registry.entry(id)
+
+
+def _value(entry: Entry[Any], parameter: str) -> float:
+    """The number that an entry has for a parameter, NaN if none: by default what its class says."""
+    if parameter in entry.arguments:
+        return _number(entry.arguments[parameter])
     try:
-        entry = planners.REGISTRY.entry(id)
+        known = inspect.signature(entry.spec.load()).parameters
     except InputError:
-        return
-    for name, given in entry.arguments.items():
-        value = _number(given)
-        if math.isfinite(value):
-            others = _without(entry.arguments, name)
-            yield f"{entry.spec.id}:{others}" if others else entry.spec.id, name, value
+        return math.nan
+    return _number(known[parameter].default) if parameter in known else math.nan
 
 
 def _without(arguments: Mapping[str, Any], name: str) -> str:

@@ -33,6 +33,7 @@ class ShippedArm(ArmWorld):
         model: "arm4", "arm5" or "arm6".
         scene: the seed of what stands on the table, >= 0.
         self_collision: whether links must not touch each other; the paper ignores that.
+        posts: how many stand on the table, from 0 to 40: the more, the harder.
 
     Raises:
         InputError: an argument is out of range.
@@ -40,11 +41,15 @@ class ShippedArm(ArmWorld):
 
     most_free_of_five = 2
 
-    def __init__(self, model: str, scene: int = 0, self_collision: bool = False) -> None:
+    def __init__(
+        self, model: str, scene: int = 0, self_collision: bool = False, posts: int = 3
+    ) -> None:
         if not 0 <= scene < 2**32:
             raise InputError(f"{model}: scene must be between 0 and 2^32 - 1, not {scene}")
+        if not 0 <= posts <= _MOST_POSTS:
+            raise InputError(f"{model}: posts must be between 0 and {_MOST_POSTS}, not {posts}")
         tree, parts = read_urdf(_MODELS / f"{model}.urdf")
-        super().__init__(Arm(tree, parts, self_collision), tabletop(scene), model, (scene,))
+        super().__init__(Arm(tree, parts, self_collision), tabletop(scene, posts), model, (scene,))
         self._model_name = model
 
     @property
@@ -150,26 +155,33 @@ def _value_of(text: str) -> tuple[str, float]:
 _TABLE = PlacedShape(Box(np.zeros(3), np.array([2.4, 2.4, 0.1])), np.eye(4))
 _TABLE_TOP = -0.05  # under the base, which has a plinth
 
+_POSTS, _MOST_POSTS = 3, 40
+"""Posts that have a sector of their own, and how many there may be."""
+
 _KEPT_CLEAR = 0.2
 """About the axis of the base, in metres, so that the arm can stand upright."""
 
 
-def tabletop(scene: int) -> list[PlacedShape]:
+def tabletop(scene: int, posts: int = _POSTS) -> list[PlacedShape]:
     """Solids in the frame of an arm's base, in metres, deterministic from `scene`.
 
     A table, a shelf of three boards and a back, three posts, a beam on one of them and three boxes,
-    each in a sector of its own about the base.
+    each in a sector of its own about the base. Further posts stand anywhere about it; all that
+    stands among fewer stands there among more.
     """
     rng = stream("tabletop", scene)
     sectors = rng.uniform(-math.pi, math.pi) + 2 * math.pi / 7 * rng.permutation(7)
     around = sectors + rng.uniform(-0.2, 0.2, 7)
     solids = [PlacedShape(_TABLE.solid, _pose(0.0, 0.0, 0.0, _TABLE_TOP - 0.05))]
     solids += _shelf(rng, around[0])
-    for angle in around[1:4]:
-        solids.append(_post(rng, angle))
+    first = [_post(rng, angle) for angle in around[1 : 1 + _POSTS]]
+    solids += first[:posts]
     solids.append(_beam(rng, around[4]))
     for angle in around[4:]:
         solids.append(_box(rng, angle))
+    more = stream("further posts", scene)
+    for _ in range(posts - _POSTS):
+        solids.append(_post(more, more.uniform(-math.pi, math.pi)))
     return solids
 
 

@@ -18,10 +18,17 @@ from envs.seeding import stream
 CELL = 0.12
 """Side of a cell in metres, on average."""
 
-_HEIGHT, _SLAB, _DOOR = 22, 3, (8, 17)
+_HEIGHT, _SLAB, _DOOR_HIGH = 22, 3, 17
 _BEARING, _PARTITION, _OUTER = 2, 1, 2  # thickness of walls
 _STEPS, _TREAD, _STAIRS_WIDE = 12, 2, 9
 _TRIES = 60  # to place a piece
+
+
+DOOR = 8 * CELL
+"""The width of doors in metres, where nobody asks for another."""
+
+NARROWEST, WIDEST = 4 * CELL, 12 * CELL
+"""Doors."""
 
 
 @dataclass
@@ -53,17 +60,19 @@ class Plan:
     panes: Boxes
 
 
-def make_plan(scene: int) -> Plan:
+def make_plan(scene: int, door: float = DOOR) -> Plan:
     """The house of a scene: on one level with nine rooms where `scene` is even, on two levels
-    joined by stairs with ten where it is odd."""
-    builder = _Builder(stream("house", scene), levels=1 + scene % 2)
+    joined by stairs with ten where it is odd. Doors are so many metres wide, to the nearest cell;
+    all else is the same but where furniture leaves them alone."""
+    builder = _Builder(stream("house", scene), 1 + scene % 2, round(door / CELL))
     return builder.build()
 
 
 class _Builder:
-    def __init__(self, rng: np.random.Generator, levels: int) -> None:
+    def __init__(self, rng: np.random.Generator, levels: int, door: int) -> None:
         self._rng = rng
         self._levels = levels
+        self._door_wide = door
         self._rooms: list[Room] = []
         self._spaces: list[tuple[int, ...]] = []
         self._solids: list[Boxes] = []
@@ -118,7 +127,7 @@ class _Builder:
         """A doorway through the wall between rooms that are neighbours along an axis."""
         first, second = sorted((a, b), key=lambda room: int(room.low[axis]))
         along = 1 - axis
-        wide, high = _DOOR
+        wide, high = self._door_wide, _DOOR_HIGH
         low = int(max(a.low[along], b.low[along])) + 2
         least, most = low, int(min(a.high[along], b.high[along])) - wide - 2
         at = int(self._rng.integers(least, most + 1))

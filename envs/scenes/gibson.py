@@ -11,7 +11,7 @@ from typing import Any
 from envs.errors import InputError, suggestion
 from envs.files.mesh_file import FileMesh, read_mesh
 from envs.files.paths import exists
-from envs.scenes.floor_plan import Plan, make_plan
+from envs.scenes.floor_plan import DOOR, NARROWEST, WIDEST, Plan, make_plan
 from envs.scenes.mesh_world import MeshWorld
 from envs.scenes.scan import scanned
 
@@ -57,6 +57,7 @@ class GeneratedHouse(MeshWorld):
     Args:
         scene: the seed, >= 0; even ones have one level, odd ones two.
         robot_radius: in metres; 0 for `mesh_world.DEFAULT_RADIUS`.
+        door: the width of doors in metres, to the nearest 0.12: the narrower, the harder.
 
     Raises:
         InputError: an argument is out of range.
@@ -65,11 +66,16 @@ class GeneratedHouse(MeshWorld):
     min_clearance = 1.0
     kind_of_problems = "house"
 
-    def __init__(self, scene: int = 0, robot_radius: float = 0.0) -> None:
+    def __init__(self, scene: int = 0, robot_radius: float = 0.0, door: float = DOOR) -> None:
         if not 0 <= scene < 2**32:
             raise InputError(f"gibson-generated: scene must be between 0 and 2^32 - 1, not {scene}")
+        if not NARROWEST <= door <= WIDEST:
+            raise InputError(
+                f"gibson-generated: door must be from {NARROWEST:g} to {WIDEST:g} m wide, "
+                f"not {door:g}"
+            )
         self.scene = scene
-        self.plan, scan = _house(scene)
+        self.plan, scan = _house(scene, door)
         name = f"gibson-generated, scene {scene}"
         self._build(scan, "interior", robot_radius, 0.0, name)
 
@@ -82,6 +88,6 @@ class GeneratedHouse(MeshWorld):
 
 
 @lru_cache(maxsize=2)
-def _house(scene: int) -> tuple[Plan, FileMesh]:
-    plan = make_plan(scene)
+def _house(scene: int, door: float) -> tuple[Plan, FileMesh]:
+    plan = make_plan(scene, door)
     return plan, scanned(plan, scene)

@@ -14,7 +14,7 @@ import planners
 from bench.analysis.run_results import RunResults
 from bench.analysis.sweeps import sweeps
 from bench.report.html.problems import problem_sets_of
-from bench.report.html.sweeps import sweep_charts
+from bench.report.html.sweeps import difficulty_charts, sweep_charts
 from envs.registry.arguments import alternatives, argument_text, split_entries
 
 
@@ -70,7 +70,7 @@ def test_sweeps_are_over_numbers_with_all_else_equal() -> None:
         *("rrtstar:goal_bias=0.1,range=1", "rrtstar:goal_bias=0.1,range=3", "rrtconnect"),
         *("gone:x=1", "gone:x=2"),
     ]
-    found = sweeps(ids)
+    found = sweeps(ids)  # "rrtstar" itself has OMPL's range, which depends on where it plans
     assert [sweep.title for sweep in found] == [
         "rrtstar over range",
         "rrtstar:goal_bias=0.1 over range",
@@ -99,3 +99,44 @@ def test_the_report_has_charts_over_the_parameter(bench: Cli, tmp_path: Path) ->
     assert bench("report", tmp_path, "--format", "html")[0] == 0
     page = (tmp_path / "report.html").read_text()
     assert page.count('data-chart="sweep"') == len(charts)
+
+
+def test_environments_are_swept_as_planners_are() -> None:
+    """Ten boxes are the default, which names leave out. Scenes are no numbers, but names."""
+    ids = ["c3d:boxes=30", "c3d", "c3d:scene=2", "c3d:scene=3", "box", "box:side=2", "gone:x=1"]
+    boxes, side = sweeps(ids, envs.REGISTRY)
+    assert boxes.title == "c3d over boxes"
+    assert boxes.values == ((10, "c3d"), (30, "c3d:boxes=30"))
+    assert (side.title, side.values) == ("box over side", ((2, "box:side=2"), (8, "box")))
+
+
+@pytest.mark.usefixtures("in_process_workers")
+def test_the_report_has_charts_over_a_parameter_of_worlds(bench: Cli, tmp_path: Path) -> None:
+    """A curve for each planner; none through values at which it solved nothing."""
+    run = ("run", "--env", "c3d:boxes=60|1", "--planners", "rrtconnect,straight-line")
+    assert bench(*run, "--problems", 4, "--out", tmp_path)[0] == 0
+    results, rows = RunResults.read(tmp_path), records_of(tmp_path)
+    sets = problem_sets_of(results)
+    numbers = {"rrtconnect": 0, "straight-line": 1}
+    charts = {one["axis"]: one for one in difficulty_charts(sets, numbers, results.metrics)}
+    assert {"share solved", "length units", "time s"} <= charts.keys()
+    success = charts["share solved"]
+    assert (success["title"], success["parameter"]) == ("c3d over boxes", "boxes")
+    assert success["x"] == [1, 60]
+    for curve, name in zip(success["curves"], numbers, strict=True):
+        of = rows[rows["planner"] == name]
+        for boxes, share in zip((1, 60), curve["y"], strict=True):
+            outcomes = of.loc[of["env"] == f"c3d:boxes={boxes}", "outcome"]
+            assert share == pytest.approx((outcomes == "VALID").mean())
+    assert bench("report", tmp_path, "--format", "html")[0] == 0
+    page = (tmp_path / "report.html").read_text()
+    assert page.count('data-chart="difficulty"') == len(charts)
+
+
+@pytest.mark.usefixtures("in_process_workers")
+def test_without_such_worlds_there_is_no_such_chapter(bench: Cli, tmp_path: Path) -> None:
+    run = ("run", "--env", "c3d,c3d:scene=1", "--planners", "straight-line", "--problems", 1)
+    assert bench(*run, "--out", tmp_path)[0] == 0
+    assert bench("report", tmp_path, "--format", "html")[0] == 0
+    page = (tmp_path / "report.html").read_text()
+    assert 'id="difficulty"' not in page

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import envs
-from envs import Environment
+from envs import Environment, InputError
 from envs.collision.fcl_model import CollisionModel
 from envs.collision.primitive_sdf import nearest, scene_arrays
 from envs.collision.shapes import Box, Cylinder, PlacedShape, surface_points
@@ -253,3 +253,21 @@ def test_speeds_follow_clearances() -> None:
 def test_arms_that_may_not_touch_themselves_have_problems(text: str) -> None:
     env = envs.make(f"{text}:self_collision=true")
     assert len(env.sample_problems(5, 0)) == 5
+
+
+def test_posts_are_as_many_as_asked_and_all_else_stays() -> None:
+    def made(posts: int) -> list[object]:
+        return [one.definition() for one in tabletop(5, posts)]
+
+    usual = [one.definition() for one in tabletop(5)]
+    assert made(3) == usual
+    assert len(made(0)) == len(usual) - 3 and all(one in usual for one in made(0))
+    assert made(10)[: len(usual)] == usual and len(made(10)) == len(usual) + 7
+    assert made(12)[:-2] == made(10)
+
+
+def test_arms_among_many_posts_have_problems() -> None:
+    env = envs.make("arm6:posts=12")
+    assert len(env.sample_problems(3, 0)) == 3
+    with pytest.raises(InputError, match="posts must be between 0 and 40, not 41"):
+        envs.make("arm4:posts=41")

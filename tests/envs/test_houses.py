@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import envs
-from envs import Environment
+from envs import Environment, InputError
 from envs.problem import Array
-from envs.scenes.floor_plan import Plan, make_plan
+from envs.scenes.floor_plan import CELL, Plan, make_plan
 from envs.scenes.furniture import ROOMS
 from envs.scenes.gibson import GeneratedHouse
 from envs.scenes.scan import scanned
@@ -129,3 +129,33 @@ def test_beside_a_narrow_hole_the_judge_refuses_no_motion_that_planners_find_fre
     assert house.collision_model(house.planning_tolerance).segment_is_free(a, b)
     judge = house.collision_model()
     assert judge.min_clearance(np.array([a, b])) > judge.tolerance
+
+
+@pytest.mark.parametrize("scene", [0, 1, 2, 3])
+def test_doors_are_as_wide_as_asked_and_all_else_stays(scene: int) -> None:
+    """Rooms do not move, and from each one comes to each other by the narrowest doors, too."""
+    plain = make_plan(scene)
+    for door in (0.48, 0.72, 1.44):
+        plan = make_plan(scene, door)
+        for room, other in zip(plan.rooms, plain.rooms, strict=True):
+            assert (room.low == other.low).all() and (room.high == other.high).all()
+        differing = (plan.spaces != plain.spaces).any(axis=(1, 2))
+        widths = {
+            (int(new[1, axis] - new[0, axis]), int(old[1, axis] - old[0, axis]))
+            for new, old in zip(plan.spaces[differing], plain.spaces[differing], strict=True)
+            for axis in range(2)
+            if (new[:, axis] != old[:, axis]).any()
+        }
+        assert (round(door / CELL), 8) in widths
+
+
+def test_houses_with_narrow_doors_have_problems_all_the_same() -> None:
+    house = envs.make("gibson:door=0.48")
+    assert len(house.sample_problems(3, 0)) == 3
+    assert house.fingerprint != envs.make("gibson").fingerprint
+
+
+@pytest.mark.parametrize("door", ["0.3", "2", "nan"])
+def test_doors_that_fit_in_no_wall_are_refused(door: str) -> None:
+    with pytest.raises(InputError, match="door"):
+        envs.make(f"gibson:door={door}")

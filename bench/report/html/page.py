@@ -26,6 +26,7 @@ from bench.report.html.overview import (
     success_table,
 )
 from bench.report.html.problems import columns, problem_sets_of, problems_data
+from bench.report.html.sweeps import difficulty_charts
 
 _SCRIPTS = ("unpack.js", "tables.js", "charts.js", "scene.js", "problems.js", "report.js")
 
@@ -54,6 +55,7 @@ def text(run: RunResults) -> str:
         "problem_sets": [
             overview_data(problem_set, numbers, run.metrics) for problem_set in problem_sets
         ],
+        "difficulty": difficulty_charts(problem_sets, numbers, run.metrics),
     }
     page: str = _template().render(
         run=run,

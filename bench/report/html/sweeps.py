@@ -1,13 +1,14 @@
-"""What the page shows of planners that differ in one number, as JSON data."""
+"""What the page shows of planners, and of environments, that differ in one number, as JSON data."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+import envs
 from bench.analysis.statistics import clustered_wilson_interval
 from bench.analysis.summary import attempted_records
 from bench.analysis.sweeps import Sweep, sweeps
@@ -36,24 +37,67 @@ def sweep_charts(
     ]
 
 
+def difficulty_charts(
+    problem_sets: Sequence[ProblemSetResults], numbers: dict[str, int], metrics: Sequence[Metric]
+) -> list[dict[str, Any]]:
+    """The same over a parameter of an environment, of which a run has several values: objects with
+    `title`, `axis`, `log`, `x`, `parameter`, and `curves`, one for each planner, with `planner`,
+    `y`, `low` and `high`."""
+    by_id = {problem_set.env: problem_set for problem_set in problem_sets}
+    return [
+        chart
+        for sweep in sweeps(list(by_id), envs.REGISTRY)
+        for chart in _of_worlds(sweep, [by_id[id] for _, id in sweep.values], numbers, metrics)
+    ]
+
+
 def _charts(
     sweep: Sweep, problem_set: ProblemSetResults, numbers: dict[str, int], metrics: Sequence[Metric]
 ) -> list[dict[str, Any]]:
     attempts = attempted_records(problem_set.records)
     rows = [attempts[attempts["planner"] == id] for _, id in sweep.values]
-    common = {
+    planner = {"planner": numbers[sweep.values[0][1]]}
+    measured = _measured(rows, metrics, problem_set.units)
+    return [{**_along(sweep), **planner, **chart} for chart in measured]
+
+
+def _of_worlds(
+    sweep: Sweep,
+    problem_sets: Sequence[ProblemSetResults],
+    numbers: dict[str, int],
+    metrics: Sequence[Metric],
+) -> list[dict[str, Any]]:
+    attempts = [attempted_records(problem_set.records) for problem_set in problem_sets]
+    names = dict.fromkeys(name for one in problem_sets for name in one.planners)
+    charts: dict[str, dict[str, Any]] = {}
+    for name in names:
+        rows = [table[table["planner"] == name] for table in attempts]
+        for found in _measured(rows, metrics, problem_sets[0].units):
+            axis = {"axis": found.pop("axis"), "log": found.pop("log")}
+            chart = charts.setdefault(axis["axis"], {**_along(sweep), **axis, "curves": []})
+            chart["curves"].append({"planner": numbers[name], **found})
+    return list(charts.values())
+
+
+def _along(sweep: Sweep) -> dict[str, Any]:
+    return {
         "title": sweep.title,
         "parameter": sweep.parameter,
         "x": [value for value, _ in sweep.values],
-        "planner": numbers[sweep.values[0][1]],
     }
+
+
+def _measured(
+    rows: Sequence[pd.DataFrame], metrics: Sequence[Metric], units: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """Of the attempts at each value of a parameter: success, and each metric that has a value."""
     charts = [{"axis": "share solved", "log": False, **_columns([_success(r) for r in rows])}]
     for metric in metrics:
         values = [_quartiles(r, metric.name) for r in rows]
         if any(value is not None for one in values for value in one):
-            axis = metric.heading([problem_set.units])
+            axis = metric.heading([units])
             charts.append({"axis": axis, "log": metric.timed, **_columns(values)})
-    return [{**common, **chart} for chart in charts]
+    return charts
 
 
 Spread = tuple[float | None, float | None, float | None]

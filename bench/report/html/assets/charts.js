@@ -72,11 +72,21 @@ const CHARTS = {
       yaxis: { title: { text: plain(chart.axis) }, type: chart.log ? "log" : "linear" },
     }];
   },
+  difficulty: (_, place) => {
+    const { x, curves, parameter, axis, log } = report.difficulty[place.dataset.difficulty];
+    const placed = curves.map((curve) => ({ ...curve, x }));
+    const shape = { mode: "lines+markers", hovertemplate: "%{y:.4~g} at %{x:.4~g}" };
+    return [[...placed.map(band), ...lines(placed, shape).map((line) => ({ ...line, line: { ...line.line, shape: "linear" } }))], {
+      xaxis: { title: { text: plain(parameter) } },
+      yaxis: { title: { text: plain(axis) }, type: log ? "log" : "linear" },
+    }];
+  },
 };
 
 async function drawChart(place) {
   const Plotly = await plotly();
-  const problemSet = report.problem_sets[place.closest("[data-problem-set]").dataset.problemSet];
+  const section = place.closest("[data-problem-set]"); // none of charts of the whole report
+  const problemSet = section && report.problem_sets[section.dataset.problemSet];
   const [traces, layout] = CHARTS[place.dataset.chart](problemSet, place);
   const axis = { gridcolor: "#888", zeroline: false, showline: false };
   await Plotly.react(place, traces, {
