@@ -29,7 +29,7 @@ from html_reports import (
 )
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
-from records import row
+from records import recorded, row
 
 import envs
 from bench.report import html
@@ -298,4 +298,36 @@ def test_a_robot_is_followed_at_each_of_its_points(opened: Open, tmp_path: Path)
     assert "Lines follow the middles of the cubes." in page.locator("#problem-note").inner_text()
     page.get_by_role("button", name="Show where it collides").click()
     page.wait_for_function("byId('view')._fullData.some(one => one.color === COLLISION)")
+    page.close()
+
+
+def test_worlds_of_rising_difficulty_have_a_curve_for_each_planner(
+    opened: Open, tmp_path: Path
+) -> None:
+    """With lines and bands, on an axis of the parameter's values."""
+    worlds = {f"c3d:boxes={boxes}": envs.make(f"c3d:boxes={boxes}") for boxes in (1, 30, 60)}
+    rows = [
+        row(name, problem, outcome, env=id, env_fingerprint=world.fingerprint, solve_s=1.0)
+        for place, (id, world) in enumerate(worlds.items())
+        for problem in range(3)
+        for name, outcome in (
+            ("sure", "VALID"),
+            ("less so", "VALID" if problem >= place else "TIMEOUT"),
+        )
+    ]
+    known = [{"id": id, "fingerprint": world.fingerprint} for id, world in worlds.items()]
+    html.write(recorded(rows, envs=known), tmp_path / "report.html")
+    page = opened(file=tmp_path / "report.html")
+    charts_are_drawn(page)
+    shown = page.evaluate(
+        "[...document.querySelectorAll('#difficulty .chart')].map(place => "
+        "place._fullData.filter(one => one.mode === 'lines+markers')"
+        ".map(one => [one.name, [...one.x], [...one.y]]))"
+    )
+    assert shown[0] == [
+        ["sure", [1, 30, 60], [1, 1, 1]],
+        ["less so", [1, 30, 60], pytest.approx([1, 2 / 3, 1 / 3], abs=1e-4)],
+    ]
+    assert len(shown) == page.locator("#difficulty figure").count() > 1
+    page.locator("#difficulty").screenshot(path=tmp_path / "difficulty.png")
     page.close()
