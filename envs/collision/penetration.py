@@ -1,12 +1,13 @@
-"""How deep two shapes are in each other, for messages."""
+"""How deep two shapes are in each other, for messages and audits."""
 
 from __future__ import annotations
 
-import numpy as np
-import trimesh
+from functools import cached_property
+from weakref import WeakKeyDictionary
+
 from trimesh import remesh
 
-from envs.collision.mesh import queries
+from envs.collision.mesh import MeshQueries, queries
 from envs.collision.shapes import Mesh, Solid
 from envs.problem import Array
 
@@ -29,26 +30,53 @@ def penetration_depth(one: Solid, other: Solid, one_pose: Array, other_pose: Arr
         >>> round(penetration_depth(cube.solid, cube.solid, still, moved), 6)
         0.25
     """
-    surfaces = [_surface(one, one_pose), _surface(other, other_pose)]
-    return max(_depth(a, b) for a, b in (surfaces, surfaces[::-1]))
+    a, b = _surface(one), _surface(other)
+    return max(_depth(a, b, one_pose, other_pose), _depth(b, a, other_pose, one_pose))
 
 
-def _surface(solid: Solid, pose: Array) -> trimesh.Trimesh:
-    surface = solid.triangulate().copy()
-    surface.apply_transform(np.vstack([pose, [0, 0, 0, 1]]))
-    return surface
+class _Surface:
+    """That of a solid, in its own frame, whose points and queries take long to make."""
+
+    def __init__(self, solid: Solid) -> None:
+        self._triangles = solid.triangulate()
+        self.low, self.high = self._triangles.bounds
+
+    @cached_property
+    def points(self) -> Array:
+        """Many, (n, 3)."""
+        longest = float(self._triangles.scale) / _FINENESS
+        divided = remesh.subdivide_to_size(  # type: ignore[no-untyped-call]
+            self._triangles.vertices, self._triangles.faces, longest
+        )
+        points: Array = divided[0]
+        return points
+
+    @cached_property
+    def queries(self) -> MeshQueries:
+        """Distances and insides."""
+        return queries(self._mesh)
+
+    @cached_property
+    def _mesh(self) -> Mesh:
+        return Mesh(self._triangles.vertices, self._triangles.faces)
 
 
-def _depth(points_of: trimesh.Trimesh, within: trimesh.Trimesh) -> float:
+_SURFACES: WeakKeyDictionary[Solid, _Surface] = WeakKeyDictionary()
+
+
+def _surface(solid: Solid) -> _Surface:
+    """Made once for as long as there is the solid: an audit asks of each a thousand times."""
+    if solid not in _SURFACES:
+        _SURFACES[solid] = _Surface(solid)
+    return _SURFACES[solid]
+
+
+def _depth(points_of: _Surface, within: _Surface, pose: Array, other_pose: Array) -> float:
     """Of the first's points in the second."""
-    longest = float(points_of.scale) / _FINENESS
-    divided = remesh.subdivide_to_size(  # type: ignore[no-untyped-call]
-        points_of.vertices, points_of.faces, longest
-    )
-    points = divided[0]
-    near = ((points >= within.bounds[0]) & (points <= within.bounds[1])).all(axis=1)
-    if not near.any():
+    there = points_of.points @ pose[:, :3].T + pose[:, 3]
+    points = (there - other_pose[:, 3]) @ other_pose[:, :3]  # in the second's own frame
+    near = points[((points >= within.low) & (points <= within.high)).all(axis=1)]
+    if not len(near):
         return 0.0
-    about = queries(Mesh(within.vertices, within.faces))
-    inside = about.is_inside(points[near])
-    return float(about.distance(points[near][inside]).max(initial=0.0))
+    inside = near[within.queries.is_inside(near)]
+    return float(within.queries.distance(inside).max(initial=0.0))
