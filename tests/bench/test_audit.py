@@ -18,6 +18,7 @@ import envs
 from bench.judging.path_contacts import path_contacts
 from bench.report.audit_report import NOTE
 from bench.storage.record import checked_every
+from envs.collision import penetration
 from envs.collision.shapes import Box
 from envs.problem import Array
 from envs.scenes.boxes import BoxWorld
@@ -64,14 +65,37 @@ def test_a_path_of_no_length_in_contact_is_all_in_contact() -> None:
     assert found.depth == pytest.approx(0.3)
 
 
-def test_an_arm_is_as_deep_as_its_links_are_and_they_are_named() -> None:
-    env = envs.make("arm4")
+def blocked_motion(env: envs.Environment) -> Array:
+    """From a free configuration (2, d)."""
     model, rng = env.collision_model(), np.random.default_rng(0)
-    path: Array = next(
+    return next(
         np.array([a, b])
         for a, b in zip(env.space.sample(rng, 50), env.space.sample(rng, 50), strict=True)
         if model.min_clearance(np.array([a, b])) <= 0 and model.is_valid(a)
     )
+
+
+def test_surfaces_are_divided_once_for_each_shape(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes ten times as long as all else, and an audit asks of each shape a thousand times."""
+    env, divided = envs.make("arm4:scene=9"), []
+    whole = penetration.remesh.subdivide_to_size
+
+    def counted(*arguments: Any) -> Any:
+        divided.append(arguments)
+        return whole(*arguments)
+
+    monkeypatch.setattr(penetration.remesh, "subdivide_to_size", counted)
+    path = blocked_motion(env)
+    first = contacts(env, path)
+    assert 1 <= len(divided) <= len(env.robot.shapes) + len(env.obstacles)
+    divided.clear()
+    assert contacts(env, path).depth == first.depth > 0
+    assert divided == []
+
+
+def test_an_arm_is_as_deep_as_its_links_are_and_they_are_named() -> None:
+    env = envs.make("arm4")
+    model, path = env.collision_model(), blocked_motion(env)
     found = path_contacts(env, model, path)
     assert 0 < found.share < 1
     assert 0 < found.depth < 1
