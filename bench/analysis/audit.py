@@ -60,7 +60,8 @@ class Audit:
             `depth_max`, `depth_median` and `share_of_path_mean`; `time_median`, seconds of planning
             over all claimed; `checked_every`, how far apart in the configuration space the planner
             checks states, NaN of those that prove motions or do not say.
-        overall: a row for each planner, the same over all environments.
+        overall: a row for each planner, the same over all environments. Its lengths mean something
+            only where these agree in `units`.
         units: of depths ("workspace") and of `checked_every` ("configuration"), by environment.
     """
 

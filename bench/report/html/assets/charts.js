@@ -4,10 +4,11 @@
 const WIDTH_ON_PAPER = 660; // of the narrower of A4 and Letter, in CSS pixels
 const planner = (curve) => report.planners[curve.planner];
 
-function lines(curves, more) {
+/** Steps, unless another shape is asked for. */
+function lines(curves, more, shape = "hv") {
   return curves.map((curve) => ({
     x: curve.x, y: curve.y, name: plain(planner(curve).name), mode: "lines",
-    line: { color: colourOf(planner(curve)), dash: planner(curve).dash, width: 2, shape: "hv" },
+    line: { color: colourOf(planner(curve)), dash: planner(curve).dash, width: 2, shape },
     ...more,
   }));
 }
@@ -75,8 +76,8 @@ const CHARTS = {
   difficulty: (_, place) => {
     const { x, curves, parameter, axis, log } = report.difficulty[place.dataset.difficulty];
     const placed = curves.map((curve) => ({ ...curve, x }));
-    const shape = { mode: "lines+markers", hovertemplate: "%{y:.4~g} at %{x:.4~g}" };
-    return [[...placed.map(band), ...lines(placed, shape).map((line) => ({ ...line, line: { ...line.line, shape: "linear" } }))], {
+    const marked = { mode: "lines+markers", hovertemplate: "%{y:.4~g} at %{x:.4~g}" };
+    return [[...placed.map(band), ...lines(placed, marked, "linear")], {
       xaxis: { title: { text: plain(parameter) } },
       yaxis: { title: { text: plain(axis) }, type: log ? "log" : "linear" },
     }];
