@@ -20,6 +20,7 @@ from envs.collision.fcl_model import Allowed, CollisionModel, Prover, Searcher
 from envs.collision.motion_check import MotionCheck
 from envs.collision.part_scenes import PartScenes
 from envs.collision.shapes import Bodies, Obstacle, Robot
+from envs.collision.winding import EVERYWHERE, Sides
 from envs.plain_scene import PlainRobot, PlainScene
 from envs.problem import Array, Problem
 from envs.spaces import Coordinates, Space
@@ -357,6 +358,13 @@ class Environment(ABC):
         return batched.paths_are_free(
             self.clearance, self.robot.rate_bound, paths, tolerance, self.space
         )
+
+    @property
+    def sides(self) -> Sides | None:
+        """What compiled code is told of `allowed`, of a point robot, to follow motions from where
+        it is allowed to be: `EVERYWHERE` if all of such a motion is as well that touches nothing;
+        None if only `allowed` tells, which is the default where there is one."""
+        return EVERYWHERE if self.allowed is None else None
 
     def motion_check(self, tolerance: float) -> MotionCheck | None:
         """Proofs that motions are free, for planners that are compiled themselves, to a tolerance

@@ -8,20 +8,50 @@ found by `shells`, is wound as its meaning wants it; what is not closed counts a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import igl
 import numpy as np
 
 from envs.collision.shapes import Mesh
 from envs.collision.shells import Bools, Ints, areas, shells
+from envs.collision.winding import EVERYWHERE, Sides, sides_of
 from envs.problem import Array
 
 _FEW = 0.1  # of an open surface's area: faces written both ways that may count as holes
 _FLAT = 1e-3  # of volume by area to the power of 1.5, which is 0.09 for a ball
 _BESIDE = 1e-3  # of a face's size: points on its sides
 _BENEATH = 0.01  # of a part's volume by its area, which is half of a plate's thickness
+
+
+@dataclass(frozen=True, eq=False)
+class Winding:
+    """Generalised winding numbers by a surface, those of its faces times a sign.
+
+    Called with points (n, 3) it gives theirs, (n,).
+    """
+
+    surface: Mesh
+    sign: float = 1.0
+
+    def __call__(self, points: Array) -> Array:
+        numbers: Array = self._tree.winding_number(np.ascontiguousarray(points))
+        return self.sign * numbers
+
+    @cached_property
+    def _tree(self) -> igl.FastWindingNumberBVH:
+        tree = igl.FastWindingNumberBVH()
+        # Copies: libigl wants arrays that it may write to.
+        tree.init(np.array(self.surface.vertices), np.array(self.surface.faces))
+        return tree
+
+
+Ranges = tuple[Winding, list[tuple[float, float]]]
+"""Winding numbers, and the ranges in one of which they must lie: one or two."""
+
+_NOWHERE = np.inf, np.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,16 +63,36 @@ class Enclosure:
         has_holes: whether some of the surface is not closed, so that this changes steadily there.
         known: False where nothing tells: a surface with holes is of several pieces that are written
             both ways, or faces lie on one another in part, or have one side only.
+        free: by a level, where winding numbers must lie: of a solid, so that points are enclosed by
+            less, of a room, by more.
         solids: parts that count as solid in a room.
     """
 
     encloses: Callable[[Array], Array]
     has_holes: bool
     known: bool
+    free: Callable[[float], list[Ranges]]
     solids: int = 0
 
+    def sides(self, level: float, gap: float, lids: Sequence[Mesh]) -> Sides:
+        """Where points are `free`, for compiled code: everywhere if there are no holes through
+        which motions might come to the other side.
 
-NO_INSIDE = Enclosure(lambda points: np.zeros(len(points)), has_holes=False, known=True)
+        Args:
+            gap: half of the widest hole, in workspace units.
+            lids: what closes wider ones.
+        """
+        if not self.has_holes:
+            return EVERYWHERE
+        of_each = self.free(level)
+        ranges = [  # by the faces as they are written
+            np.sort(number.sign * np.array([*some, _NOWHERE][:2]), axis=1)
+            for number, some in of_each
+        ]
+        return sides_of([number.surface for number, _ in of_each], ranges, gap, lids)
+
+
+NO_INSIDE = Enclosure(lambda points: np.zeros(len(points)), False, True, lambda level: [])
 """That of a surface with free space on both sides."""
 
 
@@ -58,7 +108,10 @@ def filled(mesh: Mesh) -> Enclosure:
             most = np.maximum(most, np.abs(term(points)))
         return most
 
-    return Enclosure(encloses, surface.has_holes, surface.known)
+    def free(level: float) -> list[Ranges]:
+        return [(term, [(-level, level)]) for term in terms]
+
+    return Enclosure(encloses, surface.has_holes, surface.known, free)
 
 
 def room(mesh: Mesh) -> Enclosure:
@@ -80,7 +133,11 @@ def room(mesh: Mesh) -> Enclosure:
         how_far: Array = np.maximum(inside(points), 0)
         return how_far if blocked is None else np.minimum(how_far, 1 - np.abs(blocked(points)))
 
-    return Enclosure(encloses, surface.has_holes, surface.known, int(is_solid.sum()))
+    def free(level: float) -> list[Ranges]:
+        found: list[Ranges] = [(inside, [(level, np.inf)])]
+        return found if blocked is None else [*found, (blocked, [(level - 1, 1 - level)])]
+
+    return Enclosure(encloses, surface.has_holes, surface.known, free, int(is_solid.sum()))
 
 
 def _open_room(surface: Surface) -> Enclosure:
@@ -97,13 +154,17 @@ def _open_room(surface: Surface) -> Enclosure:
         surface.open + surface.closed * np.where(stands[found.part], -sign, sign).astype(int)
     )
 
+    # Below nothing it is within two solids, or within one that reaches out of the room.
     def encloses(points: Array) -> Array:
         number = winding(points)
-        # Below nothing it is within two solids, or within one that reaches out of the room.
         how_far: Array = np.where(sign * number < -0.5, 0, np.abs(number))
         return how_far
 
-    return Enclosure(encloses, surface.has_holes, surface.known, int(stands.sum()))
+    def free(level: float) -> list[Ranges]:
+        ranges = np.sort(sign * np.array([(level, np.inf), (-0.5, -level)]), axis=1)
+        return [(winding, list(map(tuple, ranges.tolist())))]
+
+    return Enclosure(encloses, surface.has_holes, surface.known, free, int(stands.sum()))
 
 
 class Surface:
@@ -175,22 +236,15 @@ class Surface:
         corners = self.mesh.vertices[self.shells.faces[loose]]
         return float((self.open[loose] * _cones(corners, np.zeros(len(loose), dtype=int))).sum())
 
-    def winding(self, *turns: Ints) -> Callable[[Array], Array]:
-        """Generalised winding numbers (n,) of points (n, 3) by faces with the sum of turns."""
-        faces = self.shells.faces
-        vertices, total = np.array(self.mesh.vertices), np.sum(turns, axis=0)
-        sign = 1.0
-        if (total == self.shells.votes).all() or (total == -self.shells.votes).all():
-            # As it is written, if maybe inside out: no need for another surface.
-            sign = 1.0 if (total == self.shells.votes).all() else -1.0
-            soup = np.array(self.mesh.faces)
-        else:
-            soup = np.concatenate(
-                [np.where(t[:, None] < 0, faces[:, ::-1], faces)[t != 0] for t in turns]
-            )
-        tree = igl.FastWindingNumberBVH()
-        tree.init(vertices, soup)
-        return lambda points: sign * tree.winding_number(np.ascontiguousarray(points))
+    def winding(self, *turns: Ints) -> Winding:
+        """Those by faces with the sum of turns."""
+        faces, total = self.shells.faces, np.sum(turns, axis=0)
+        for sign in (1, -1):
+            if (total == sign * self.shells.votes).all():
+                # As it is written, if maybe inside out: no need for another surface.
+                return Winding(self.mesh, sign)
+        soup = [np.where(t[:, None] < 0, faces[:, ::-1], faces)[t != 0] for t in turns]
+        return Winding(Mesh(self.mesh.vertices, np.concatenate(soup)))
 
 
 class _Cells:

@@ -117,6 +117,11 @@ def cap_holes(mesh: Mesh, enclosure: Enclosure | None = None) -> Mesh | None:
     return Mesh(vertices[used], renumbered.reshape(-1, 3)) if away.any() else None
 
 
+def widest_gap(mesh: Mesh) -> float:
+    """Half the width of holes that `cap_holes` may leave open, in the mesh's units."""
+    return (1 + _COVERED) * float(np.ptp(mesh.vertices, axis=0).max()) / _CELLS
+
+
 # libigl's objects must be gone before its module is, or it complains at exit.
 atexit.register(_known.clear)
 atexit.register(cap_holes.cache_clear)

@@ -13,16 +13,14 @@ from typing import Any
 import numpy as np
 
 from envs.collision.gjk import distance, moved
+from envs.collision.point_to_mesh import DEEPEST, ball_to_mesh, take_triangle
 from envs.collision.primitive_sdf import to_solid
-from envs.collision.shapes import CYLINDER, POINT, ROW, TRIANGLE
+from envs.collision.shapes import CYLINDER, POINT, ROW
 from envs.collision.triangles import point_to_triangle, triangle_to_triangle
 from envs.compiled import njit_cached, njit_hot
 
 AXIS = 8
 """Numbers of an axis that moves a mesh, see `first_within`."""
-
-_DEEPEST = 64
-"""Nodes that wait at most: halving leaves fewer than 2^32 triangles one each in 32 steps."""
 
 
 @njit_cached
@@ -32,9 +30,11 @@ def solid_to_mesh(trees: Any, root: int, row: Any, most: float) -> float:
 
     As near to the distance as `gjk.distance`.
     """
+    if row[16] == POINT:
+        return float(ball_to_mesh(trees, root, row[9], row[10], row[11], row[17], most, -1)[0])
     solid = row.reshape((1, ROW))
     triangle = np.zeros(ROW)
-    nodes, bounds = np.empty(_DEEPEST, dtype=np.int64), np.empty(_DEEPEST)
+    nodes, bounds = np.empty(DEEPEST, dtype=np.int64), np.empty(DEEPEST)
     nodes[0], bounds[0] = root, solid_to_node(trees, root, solid, most)
     waiting, least = 1, most
     while waiting and least > 0.0:
@@ -111,16 +111,6 @@ def _reach(solid: Any, axis: Any) -> float:
     return float(reach + radius)
 
 
-@njit_hot
-def take_triangle(trees: Any, leaf: int, row: Any) -> None:
-    """Writes the row (ROW,) of a leaf's triangle, in the mesh's frame."""
-    for k in range(9):
-        row[k] = trees.triangles[-1 - trees.child[leaf], k]
-    for i in range(3):
-        row[9 + i] = trees.middles[leaf, i]
-    row[15], row[16] = trees.radii[leaf], TRIANGLE
-
-
 @njit_cached
 def mesh_to_mesh(
     trees: Any, root: int, others: Any, other_root: int, pose: Any, most: float, enough: float
@@ -138,8 +128,8 @@ def nearest_triangles(
     """As `mesh_to_mesh`, and the leaves of the two triangles that are so far apart, -1 if none
     are."""
     triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
-    nodes = np.empty((2 * _DEEPEST, 2), dtype=np.int64)
-    bounds = np.empty(2 * _DEEPEST)
+    nodes = np.empty((2 * DEEPEST, 2), dtype=np.int64)
+    bounds = np.empty(2 * DEEPEST)
     nodes[0, 0], nodes[0, 1] = root, other_root
     bounds[0] = node_to_node(trees, root, others, other_root, pose, most)
     waiting, least, leaf, other_leaf = 1, most, -1, -1
@@ -202,7 +192,7 @@ def leaf_at(trees: Any, root: int, x: float, y: float, z: float) -> int:
     on, but for rounding."""
     point, triangle = np.zeros((1, ROW)), np.zeros(ROW)
     point[0, 9], point[0, 10], point[0, 11], point[0, 16] = x, y, z, POINT
-    nodes, bounds = np.empty(_DEEPEST, dtype=np.int64), np.empty(_DEEPEST)
+    nodes, bounds = np.empty(DEEPEST, dtype=np.int64), np.empty(DEEPEST)
     nodes[0], bounds[0] = root, 0.0
     waiting, least, found = 1, np.inf, root
     while waiting and least > 0.0:
@@ -242,7 +232,7 @@ def first_within(
             at most it turns, in radians, or slides; and 1 if it slides, else 0.
     """
     triangle, other_triangle, there = np.zeros(ROW), np.zeros(ROW), np.zeros(ROW)
-    nodes, moves = np.empty((2 * _DEEPEST, 2), dtype=np.int64), np.empty((2 * _DEEPEST, 2))
+    nodes, moves = np.empty((2 * DEEPEST, 2), dtype=np.int64), np.empty((2 * DEEPEST, 2))
     beyond = np.empty(2)
     nodes[0, 0], nodes[0, 1], waiting = root, other_root, 1
     moves[0, 0], moves[0, 1] = _moves(trees, root, axes), _moves(trees, other_root, other_axes)

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envs.collision.gjk import at, moved
-from envs.collision.mesh_distance import node_to_node, take_triangle
+from envs.collision.mesh_distance import node_to_node
+from envs.collision.point_to_mesh import take_triangle
 from envs.collision.shapes import ROW
 from envs.collision.triangles import gap_along, lowered, nearest_of_triangles
 from envs.compiled import njit_cached, njit_hot

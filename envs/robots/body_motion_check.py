@@ -10,8 +10,10 @@ import numpy as np
 from envs.collision.continuous import compiled_is_covered
 from envs.collision.gjk import moved
 from envs.collision.motion_check import array_at, checks_motions, known_as
+from envs.collision.open_edges import is_beside
 from envs.collision.separation import Shapes, are_beyond, separation
 from envs.collision.shapes import ROW
+from envs.collision.winding import Sides, is_on_the_right_side
 from envs.compiled import njit_cached, njit_hot
 from envs.compiled_space import SpaceArrays, go, rotation_angle, shortest
 from envs.problem import Array
@@ -25,6 +27,8 @@ class BodyMotionCheck(NamedTuple):
             turns.
         parts: the shapes it is made of, in its frame.
         around: the obstacles.
+        sides: of surfaces that the body may be on.
+        points: (p, 3) in its frame, one of each piece of it, by which its side is known.
         radius: of a ball about the origin of its frame that holds it.
         position: (3,) where its frame is, as far as configurations do not say.
         tolerance: in workspace units.
@@ -33,6 +37,8 @@ class BodyMotionCheck(NamedTuple):
     space: SpaceArrays
     parts: Shapes
     around: Shapes
+    sides: Sides
+    points: Array
     radius: float
     position: Array
     tolerance: float
@@ -55,7 +61,9 @@ def body_motion_is_free(check: Any, a: Any, b: Any) -> bool:
     motion = check, a, b, bound, there, pose, row, still
     if _room(motion, 1.0) < 0:
         return False
-    return bool(compiled_is_covered(_room, motion, bound))
+    if not compiled_is_covered(_room, motion, bound):
+        return False
+    return len(check.sides.roots) == 0 or _stays_on_the_right_side(motion)
 
 
 @njit_hot
@@ -91,6 +99,39 @@ def _room(motion: Any, t: float) -> float:
             if found <= check.tolerance:
                 return -1.0
     return float(found - check.tolerance / 2)
+
+
+@njit_cached
+def _stays_on_the_right_side(motion: Any) -> bool:
+    """As `winding.stays_on_the_right_side`, of a point of each piece of the body."""
+    check, a, b, bound, there, pose, _, _ = motion
+    cells = check.sides.beside
+    parts = int(bound / cells.side) + 1
+    passes = False
+    for step in range(1, parts + 1):
+        go(check.space, a, b, step / parts, there)
+        _place(check.space, there, pose)
+        for n in range(len(check.points)):
+            x, y, z = (
+                _along(pose, 0, check, n),
+                _along(pose, 1, check, n),
+                _along(pose, 2, check, n),
+            )
+            is_near = is_beside(cells, x, y, z)
+            passes |= is_near
+            is_asked = is_near or (passes and step == parts)
+            if is_asked and not is_on_the_right_side(check.sides, x, y, z):
+                return False
+    return True
+
+
+@njit_hot
+def _along(pose: Any, axis: int, check: Any, n: int) -> float:
+    """Where the nth of the body's points is on an axis of the workspace."""
+    found: float = pose[axis, 3]
+    for i in range(3):
+        found += pose[axis, i] * check.points[n, i]
+    return found
 
 
 @njit_hot

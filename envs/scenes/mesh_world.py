@@ -12,10 +12,10 @@ from envs.collision.distance_fields import distance_transform
 from envs.collision.enclosure import NO_INSIDE, Enclosure
 from envs.collision.fcl_model import Allowed, Searcher
 from envs.collision.margin_search import least_among_shapes
-from envs.collision.mesh import cap_holes, queries
-from envs.collision.motion_check import MotionCheck
+from envs.collision.mesh import cap_holes, queries, widest_gap
 from envs.collision.separation import shapes_of
 from envs.collision.shapes import Mesh
+from envs.collision.winding import Sides
 from envs.errors import InputError, suggestion, tell_once
 from envs.files.mesh_file import FileMesh, read_mesh
 from envs.grid import RegularGrid, node_axes, node_counts
@@ -148,7 +148,8 @@ class MeshWorld(PointWorld):
     def _close(self, read: FileMesh) -> None:
         """Closes holes where there is an inside, and says what the world is like."""
         lid = cap_holes(self._mesh, self._enclosure)
-        self.obstacles = [self._mesh] if lid is None else [self._mesh, lid]
+        self._lids = [] if lid is None else [lid]
+        self.obstacles = [self._mesh, *self._lids]
         self._whole = self._mesh if lid is None else self._mesh.joined(lid)
         self._distance = self._queries if lid is None else queries(self._whole)
         said = [f"{self._name}: {self.kind}, {len(read.faces)} faces"]
@@ -179,10 +180,12 @@ class MeshWorld(PointWorld):
             return lambda q: encloses(q) > 0.5 - _BESIDE_HOLES
         return lambda q: encloses(q) < 0.5 + _BESIDE_HOLES
 
-    def motion_check(self, tolerance: float) -> MotionCheck | None:
-        """None where the robot must be on the right side of the mesh: scans have cracks that it may
-        pass without touching anything, so that sides are asked along motions, too."""
-        return None if self.allowed is not None else super().motion_check(tolerance)
+    @cached_property
+    def sides(self) -> Sides:
+        """By less than what is `allowed`, as a judge asks elsewhere on a motion. Scans have cracks
+        that the robot may pass without touching anything."""
+        level = 0.5 + (-1 if self.is_interior else 1) * _BESIDE_HOLES / 2
+        return self._enclosure.sides(level, widest_gap(self._mesh), self._lids)
 
     @property
     def searcher(self) -> Searcher:

@@ -93,8 +93,11 @@ class PointWorld(Environment):
         return GridComponents(self.clearance, self.lower, self.upper)
 
     def motion_check(self, tolerance: float) -> MotionCheck | None:
+        if self.sides is None:
+            return None
         ball, around = shapes_of(self.robot.shapes), shapes_of(self.obstacles)
-        return MotionCheck(BallAmongShapes(ball, around, float(tolerance)))
+        nearest = np.full(len(self.obstacles), -1)
+        return MotionCheck(BallAmongShapes(ball, around, self.sides, nearest, float(tolerance)))
 
     def point_definition(self) -> dict[str, Any]:
         """The part of `definition` that these worlds share."""

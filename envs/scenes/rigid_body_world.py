@@ -162,17 +162,24 @@ class RigidBodyWorld(SampledProblems):
         return free
 
     def motion_check(self, tolerance: float) -> MotionCheck | None:
-        if self.world.allowed is not None:  # see `MeshWorld.motion_check`
+        if self.world.sides is None:
             return None
         check = BodyMotionCheck(
             space_arrays(self.space),
             shapes_of(self.robot.parts),
             shapes_of(self.obstacles),
+            self.world.sides,
+            self._piece_points,
             float(self.robot.radius),
             self.robot.placement.positions(self.lower[None])[0],
             float(tolerance),
         )
         return MotionCheck(check)
+
+    @cached_property
+    def _piece_points(self) -> Array:
+        """One of each piece of the body (n, 3), in its frame."""
+        return np.concatenate([part.piece_points() for part in self.robot.parts])
 
     @cached_property
     def allowed(self) -> Allowed | None:
@@ -181,7 +188,7 @@ class RigidBodyWorld(SampledProblems):
         world = self.world.allowed
         containment = Containment(self.robot, self.obstacles)
         encloses = containment.robot_encloses if self._encloses else None
-        points = np.concatenate([part.piece_points() for part in self.robot.parts])
+        points = self._piece_points
 
         def is_allowed(q: Array) -> NDArray[np.bool_]:
             found = np.ones(len(q), dtype=np.bool_)

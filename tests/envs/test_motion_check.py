@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 from map_files import write_ros
+from slit_boxes import cracked_room, cracked_solid
 
 import envs
 from envs import Environment
@@ -42,14 +43,15 @@ def shell(folder: Path) -> Environment:
     return envs.make(f"mesh:file={file},kind=shell")
 
 
-def test_where_a_side_of_a_mesh_is_the_wrong_one_there_is_no_check(tmp_path: Path) -> None:
-    """Scans have cracks that a ball may pass without touching anything."""
-    for env in (room(tmp_path), envs.make("gibson-generated")):
-        assert env.allowed is not None
-        assert env.motion_check(env.planning_tolerance) is None
-    file = tmp_path / "room.ply"
-    body = envs.make(f"rigid:body=l,size=0.3,world=mesh,file={file},kind=interior")
-    assert body.motion_check(body.planning_tolerance) is None
+def ball(folder: Path) -> Environment:
+    file = folder / "ball.ply"
+    trimesh.creation.icosphere(subdivisions=2).export(file)
+    return envs.make(f"mesh:file={file},kind=solid")
+
+
+def body_in_room(folder: Path) -> Environment:
+    room(folder)
+    return envs.make(f"rigid:body=l,size=2,world=mesh,file={folder / 'room.ply'},kind=interior")
 
 
 WORLDS: dict[str, Callable[[Path], Environment]] = {
@@ -62,6 +64,9 @@ WORLDS: dict[str, Callable[[Path], Environment]] = {
     },
     "shell": shell,
     "plan": plan,
+    "room": room,
+    "ball": ball,
+    "body in a room": body_in_room,
 }
 
 
@@ -120,6 +125,58 @@ def test_what_is_taken_is_free_and_little_else_is_refused(name: str, tmp_path: P
             found = (model.clearance(q) for q in env.space.interpolate(*ends, finer))
             assert min(found) <= 2 * tolerance + 2 * reach  # two links may be near each other
     assert taken > 40
+
+
+CROSSINGS = {
+    "out of a room": ("interior", cracked_room, (4.0, 0.0, 1.0), (6.0, 0.0, 1.0)),
+    "into a pillar": ("interior", cracked_room, (2.0, 0.0, 1.0), (0.0, 0.0, 1.0)),
+    "through a pillar": ("interior", cracked_room, (2.0, 0.0, 1.0), (-2.0, 0.0, 1.0)),
+    "into a box": ("solid", cracked_solid, (4.0, 0.0, 1.0), (0.0, 0.0, 1.0)),
+    "through a box": ("solid", cracked_solid, (4.5, 0.0, 1.0), (-4.5, 0.0, 1.0)),
+}
+"""What each crosses by cracks that the robot fits through: kind, file, and ends in its units."""
+
+ROBOTS = {
+    "ball": "mesh:file={file},kind={kind}",
+    "body": "rigid:body=l,space=r3,size=0.03,world=mesh,file={file},kind={kind}",
+}
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("name", CROSSINGS)
+def test_through_cracks_nothing_comes_to_the_other_side(
+    name: str, robot: str, tmp_path: Path
+) -> None:
+    kind, make, begin, end = CROSSINGS[name]
+    env = envs.make(ROBOTS[robot].format(file=make(tmp_path / "cracked.ply"), kind=kind))
+    transform = getattr(env, "world", env).transform
+    a, b = transform.to_world(np.array([begin, end]))
+    check, model = env.motion_check(env.planning_tolerance), env.collision_model()
+    planners_model = env.collision_model(env.planning_tolerance)
+    assert check is not None
+    places = np.linspace(a, b, 200)
+    touched = env.surface_clearance(places) if robot == "ball" else env._surface_clearance(places)  # type: ignore[attr-defined]
+    assert (touched > 2 * env.tolerance).all(), "nothing is in the way"
+    for one, other in ((a, b), (b, a)):
+        if model.is_valid(one):
+            assert not check.is_free(one, other)
+            assert not planners_model.segment_is_free(one, other)
+    assert model.min_clearance(np.array([a, b])) <= model.tolerance, "nor does the judge take it"
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_beside_cracks_motions_are_free(robot: str, tmp_path: Path) -> None:
+    file = cracked_room(tmp_path / "cracked.ply")
+    env = envs.make(ROBOTS[robot].format(file=file, kind="interior"))
+    transform = getattr(env, "world", env).transform
+    check, model = env.motion_check(env.planning_tolerance), env.collision_model()
+    assert check is not None
+    for x, along in ((4.8, 2), (0.7, 2), (0.7, 1), (4.8, 1)):
+        ends = np.full((2, 3), (x, 0.0, 0.0))
+        ends[:, along] = -1.2, 1.2
+        a, b = transform.to_world(ends)
+        assert check.is_free(a, b)
+        assert model.min_clearance(np.array([a, b])) > model.tolerance
 
 
 @pytest.mark.parametrize("name", ["arm4", "arm6", "arm5:self_collision=true"])
