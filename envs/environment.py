@@ -243,9 +243,9 @@ class Environment(ABC):
         return self.clearance(q)
 
     def surface_clearance(self, q: Array) -> Array:
-        """By how much the robot is away from all surfaces of obstacles, at least, (n,): where that
-        is quicker to tell than on which side of them it is, and `allowed` says that. By default
-        `clearance`."""
+        """By how much the robot is away from all surfaces of obstacles, (n,), or less by a ten
+        millionth: where that is quicker to tell than on which side of them it is, and `allowed`
+        says that. Configurations along a path take less time. By default `clearance`."""
         return self.clearance(q)
 
     @abstractmethod

@@ -47,7 +47,8 @@ class _Clearances(threading.local):
         if self._of is None or self._of[0] is not env or self._of[1] is not path:
             space = env.space
             middles, lengths = pieces(space, path, space.extent / _PIECES_OF_EXTENT)
-            self._found = env.clearance(middles), lengths
+            # A path that is measured is on the right side of everything.
+            self._found = env.surface_clearance(middles), lengths
             self._of = env, path
         return self._found
 

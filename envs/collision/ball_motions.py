@@ -5,16 +5,13 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from envs.collision.ball_distances import ball_to_shapes, none_nearest, room_for_ball
 from envs.collision.continuous import compiled_is_covered
 from envs.collision.distance_fields import to_boxes
-from envs.collision.gjk import moved
 from envs.collision.motion_check import array_at, checks_motions, known_as
 from envs.collision.occupancy import CellTree, nearest_cell, stack_for
-from envs.collision.point_to_mesh import ball_to_mesh
-from envs.collision.separation import Shapes, separation
-from envs.collision.shapes import ROW
+from envs.collision.separation import Shapes
 from envs.collision.winding import Sides, stays_on_the_right_side
 from envs.compiled import njit_cached, njit_hot
 from envs.problem import Array
@@ -91,15 +88,12 @@ class BallAmongShapes(NamedTuple):
         ball: the only one of `Shapes`, about the origin.
         around: the others.
         sides: of surfaces that the ball may be on.
-        nearest: (m,), of obstacles that are meshes the leaf that was nearest when the ball was last
-            asked about, -1 if it was not: where it is asked next is mostly nearby.
         tolerance: in workspace units.
     """
 
     ball: Shapes
     around: Shapes
     sides: Sides
-    nearest: NDArray[np.int64]
     tolerance: float
 
 
@@ -115,8 +109,9 @@ def ball_is_free_among_shapes(check: Any, a: Any, b: Any) -> bool:
     bound = 0.0
     for i in range(len(a)):
         bound += (b[i] - a[i]) ** 2
-    row, pose, still = np.empty(ROW), np.eye(3, 4), np.eye(3, 4)
-    motion = check, a, b, np.sqrt(bound), row, pose, still
+    # Of each motion anew: what it is told must not depend on what was asked before.
+    nearest = none_nearest(check.around)
+    motion = check, a, b, np.sqrt(bound), nearest, np.zeros(3), room_for_ball()
     # What is in the way of a motion is nearly always in the way at its end, too.
     if _room_among_shapes(motion, 1.0) < 0:
         return False
@@ -127,35 +122,12 @@ def ball_is_free_among_shapes(check: Any, a: Any, b: Any) -> bool:
 
 @njit_cached
 def _room_among_shapes(motion: Any, t: float) -> float:
-    check, a, b, bound, row, pose, still = motion
+    check, a, b, bound, nearest, place, room = motion
     for i in range(len(a)):
-        pose[i, 3] = a[i] + t * (b[i] - a[i])
-    moved(check.ball.rows[0], pose, row)
-    found = bound + 2 * check.tolerance  # proves all of the motion, and more than the tolerance
-    for j in range(len(check.around.rows)):
-        other = check.around.rows[j]
-        if check.around.roots[j] >= 0:
-            found = min(found, _to_mesh(check, j, row, found))
-        else:
-            found = min(
-                found, separation(check.ball, 0, row, pose, check.around, j, other, still, found)
-            )
-        if found <= check.tolerance:
-            return -1.0
-    return float(found - check.tolerance / 2)
-
-
-@njit_cached
-def _to_mesh(check: Any, j: int, row: Any, most: float) -> float:
-    """The `separation` of the ball in a row (ROW,) from an obstacle that is a mesh."""
-    pose = check.around.poses[j]
-    u, v, w = row[9] - pose[0, 3], row[10] - pose[1, 3], row[11] - pose[2, 3]
-    x = pose[0, 0] * u + pose[1, 0] * v + pose[2, 0] * w
-    y = pose[0, 1] * u + pose[1, 1] * v + pose[2, 1] * w
-    z = pose[0, 2] * u + pose[1, 2] * v + pose[2, 2] * w
-    trees, root, last = check.around.trees, check.around.roots[j], check.nearest[j]
-    found, check.nearest[j] = ball_to_mesh(trees, root, x, y, z, row[17], most, last)
-    return float(found)
+        place[i] = a[i] + t * (b[i] - a[i])
+    most = bound + 2 * check.tolerance  # proves all of the motion, and more than the tolerance
+    found = ball_to_shapes(check.ball, check.around, nearest, place, room, most)
+    return -1.0 if found <= check.tolerance else float(found - check.tolerance / 2)
 
 
 class BallAmongCells(NamedTuple):

@@ -13,10 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from envs.collision.ball_distances import ball_to_shapes, none_nearest, room_for_ball
 from envs.collision.distance_fields import to_boxes
-from envs.collision.gjk import moved
-from envs.collision.separation import separation
-from envs.collision.shapes import ROW
 from envs.compiled import njit_cached, njit_hot, njit_inline
 
 FIRST_QUERIES = 10_000
@@ -156,7 +154,8 @@ def least_among_shapes(
 ) -> tuple[float, bool, int, int]:
     """As `least_among_boxes`, of a ball, which is the only one of `Shapes`, among others."""
     count = np.zeros(2, dtype=np.int64)
-    path = waypoints, ball, around, near, asked, count
+    nearest, place = none_nearest(around), np.empty(3)
+    path = waypoints, ball, around, nearest, place, room_for_ball(), near, asked, count
     least, decided = compiled_least_clearance(
         _to_shapes, _no_proofs, path, bounds, tolerance, most_queries
     )
@@ -174,15 +173,10 @@ def _to_boxes(path: Any, n: int, t: float, most: float) -> float:
 
 @njit_cached
 def _to_shapes(path: Any, n: int, t: float, most: float) -> float:
-    waypoints, ball, around, near, asked, count = path
+    waypoints, ball, around, nearest, place, room, near, asked, count = path
     x, y, z = _place(waypoints, n, t)
-    row, pose, still = np.empty(ROW), np.eye(3, 4), np.eye(3, 4)
-    pose[0, 3], pose[1, 3], pose[2, 3] = x, y, z
-    moved(ball.rows[0], pose, row)
-    found = most
-    for j in range(len(around.rows)):
-        other = around.rows[j]
-        found = min(found, separation(ball, 0, row, pose, around, j, other, still, found))
+    place[0], place[1], place[2] = x, y, z
+    found = ball_to_shapes(ball, around, nearest, place, room, most)
     _note(asked, count, near, x, y, z, found)
     return float(found)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from envs.collision.ball_distances import balls_to_shapes
 from envs.collision.distance_fields import distance_transform
 from envs.collision.enclosure import NO_INSIDE, Enclosure
 from envs.collision.fcl_model import Allowed, Searcher
@@ -20,6 +21,7 @@ from envs.errors import InputError, suggestion, tell_once
 from envs.files.mesh_file import FileMesh, read_mesh
 from envs.grid import RegularGrid, node_axes, node_counts
 from envs.problem import Array
+from envs.robots.point import PointRobot
 from envs.scenes import HALF_SIDE
 from envs.scenes.point_world import PointWorld
 from envs.speed_model import SpeedModel
@@ -189,7 +191,7 @@ class MeshWorld(PointWorld):
 
     @property
     def searcher(self) -> Searcher:
-        ball, around = shapes_of(self.robot.shapes), shapes_of(self.obstacles)
+        ball, around = self.compiled_shapes
 
         def search(path: Array, bounds: Array, *rest: Any) -> tuple[float, bool, int, int]:
             waypoints = np.ascontiguousarray(path)
@@ -240,7 +242,10 @@ class MeshWorld(PointWorld):
         return np.where(self._is_out(points), -distance, distance) - self.robot.radius
 
     def surface_clearance(self, q: Array) -> Array:
-        return self._distance.distance(self.configurations(q)) - self.robot.radius
+        _, around = self.compiled_shapes
+        point = shapes_of(PointRobot(0.0).shapes)
+        distance = balls_to_shapes(point, around, self.configurations(q))
+        return distance - self.robot.radius
 
     def definition(self) -> dict[str, Any]:
         return {

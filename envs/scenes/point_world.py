@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from envs.collision.ball_motions import BallAmongShapes
 from envs.collision.motion_check import MotionCheck
-from envs.collision.separation import shapes_of
+from envs.collision.separation import Shapes, shapes_of
 from envs.environment import Environment
 from envs.free_space import GridComponents, connected_problems
 from envs.plain_scene import PlainRobot, PlainScene
@@ -92,12 +93,16 @@ class PointWorld(Environment):
         """The connected components of free space."""
         return GridComponents(self.clearance, self.lower, self.upper)
 
+    @cached_property
+    def compiled_shapes(self) -> tuple[Shapes, Shapes]:
+        """The robot and the obstacles, for compiled code."""
+        return shapes_of(self.robot.shapes), shapes_of(self.obstacles)
+
     def motion_check(self, tolerance: float) -> MotionCheck | None:
         if self.sides is None:
             return None
-        ball, around = shapes_of(self.robot.shapes), shapes_of(self.obstacles)
-        nearest = np.full(len(self.obstacles), -1)
-        return MotionCheck(BallAmongShapes(ball, around, self.sides, nearest, float(tolerance)))
+        ball, around = self.compiled_shapes
+        return MotionCheck(BallAmongShapes(ball, around, self.sides, float(tolerance)))
 
     def point_definition(self) -> dict[str, Any]:
         """The part of `definition` that these worlds share."""

@@ -127,6 +127,17 @@ def test_what_is_taken_is_free_and_little_else_is_refused(name: str, tmp_path: P
     assert taken > 40
 
 
+def test_what_is_told_does_not_depend_on_what_was_asked_before(tmp_path: Path) -> None:
+    env = ball(tmp_path)
+    ends = np.random.default_rng(0).uniform(-9, 9, (300, 2, 3))
+    [first, other] = (env.motion_check(env.planning_tolerance) for _ in range(2))
+    assert first is not None
+    assert other is not None
+    told = [first.told(a, b) for a, b in ends]
+    assert told == [other.told(a, b) for a, b in ends[::-1]][::-1]
+    assert 0 < np.mean(told) < 1
+
+
 CROSSINGS = {
     "out of a room": ("interior", cracked_room, (4.0, 0.0, 1.0), (6.0, 0.0, 1.0)),
     "into a pillar": ("interior", cracked_room, (2.0, 0.0, 1.0), (0.0, 0.0, 1.0)),

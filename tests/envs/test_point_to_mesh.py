@@ -40,10 +40,9 @@ def test_they_are_libigls_whichever_leaf_is_looked_at_first(
     assert found == pytest.approx(wanted, abs=2e-7, rel=2e-7)
     leaves = np.flatnonzero(trees.child < 0)
     for hint in rng.choice(leaves, 5):
-        touches = found == 0
         again = asked(trees, points, radius, most, int(hint))
-        assert (again[~touches] == found[~touches]).all()
-        assert (again[touches] == 0).all()
+        assert (again <= wanted + 1e-12).all()
+        assert again == pytest.approx(wanted, abs=2e-7, rel=2e-7)
 
 
 def test_what_is_beyond_the_most_is_as_far_as_that() -> None:
