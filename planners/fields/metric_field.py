@@ -11,10 +11,12 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from planners.fields.computed_inputs import ComputedInputs
 from planners.fields.layers import CSpaceEncoder, FieldShape
 
-GROUPS = 16
-"""Of the features of a configuration."""
+GROUPS = 4
+"""Of the features of a configuration. A group tells T exactly where one of its features grows all
+along the fastest way, so it needs many; several groups are smoother than one."""
 
 
 class MetricField(nn.Module):
@@ -23,16 +25,21 @@ class MetricField(nn.Module):
 
     Args:
         shape: of the encoder; its features are parted into `GROUPS`.
+        inputs: computed ones, for a shape that has such.
 
     Raises:
-        ValueError: there are not as many features in each group.
+        ValueError: there are not as many features in each group; or there are computed inputs and
+            the shape has none, or the other way round.
     """
 
-    def __init__(self, shape: FieldShape) -> None:
+    def __init__(self, shape: FieldShape, inputs: ComputedInputs | None = None) -> None:
         super().__init__()
         if shape.features % GROUPS:
             raise ValueError(f"{shape.features} features cannot be parted into {GROUPS} groups")
+        if shape.computed != (0 if inputs is None else inputs.size):
+            raise ValueError("computed inputs belong to a shape that has as many")
         self.shape = shape
+        self.inputs = inputs
         self.encoder = CSpaceEncoder(shape)
 
     def forward(self, start: Tensor, goal: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -68,18 +75,25 @@ class MetricField(nn.Module):
         )
 
     def time(self, a: Tensor, b: Tensor) -> Tensor:
-        """T alone (...,) between configurations (..., d)."""
-        ends = torch.stack(torch.broadcast_tensors(a, b))
-        flat = ends.reshape(-1, ends.shape[-1])
-        features, _ = self.encoder(flat, flat.new_zeros(0, flat.shape[-1]))
-        at_a, at_b = features.reshape(*ends.shape[:-1], -1)
-        largest: Tensor = _grouped(at_a - at_b).abs().amax(-1).mean(-1)
+        """T alone (...,) between configurations (..., d), each of which is encoded once however
+        often it is repeated to fit the other."""
+        apart = self._alone(a) - self._alone(b)
+        largest: Tensor = _grouped(apart).abs().amax(-1).mean(-1)
         return largest
 
     def features(self, q: Tensor) -> tuple[Tensor, Tensor]:
         """Features (n, f) of configurations (n, d), and their Jacobian (d, n, f)."""
-        axes = torch.eye(q.shape[-1], dtype=q.dtype, device=q.device)
-        found: tuple[Tensor, Tensor] = self.encoder(q, axes)
+        return self._encoded(q, torch.eye(q.shape[-1], dtype=q.dtype, device=q.device))
+
+    def _alone(self, q: Tensor) -> Tensor:
+        """Features (..., f) of configurations (..., d), without their Jacobian."""
+        flat = q.reshape(-1, q.shape[-1])
+        features, _ = self._encoded(flat, flat.new_zeros(0, flat.shape[-1]))
+        return features.reshape(*q.shape[:-1], -1)
+
+    def _encoded(self, q: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
+        more = None if self.inputs is None else self.inputs(q, directions)
+        found: tuple[Tensor, Tensor] = self.encoder(q, directions, more)
         return found
 
     def _stretched(
@@ -98,7 +112,7 @@ class MetricField(nn.Module):
 
 def _grouped(features: Tensor) -> Tensor:
     """Features (..., f) as (..., groups, f / groups)."""
-    return features.unflatten(-1, (GROUPS, -1))
+    return features.reshape(*features.shape[:-1], GROUPS, -1)
 
 
 def _times(at_a: Tensor, by_a: Tensor, at_b: Tensor, by_b: Tensor) -> tuple[Tensor, Tensor, Tensor]:
