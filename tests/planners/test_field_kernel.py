@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from planners.fields.layers import FieldShape
+from planners.fields.metric_field import MetricField
 from planners.fields.networks import TimeField
 from planners.fields.path_extraction import Descent, descend
 from planners.fields.single_query import CompiledField
@@ -14,18 +15,27 @@ from planners.fields.single_query import CompiledField
 DESCENTS = [Descent(), Descent(step=0.01), Descent(moves=(True, False)), Descent(most_steps=3)]
 
 
+Net = TimeField | MetricField
+
+
 @pytest.fixture(scope="module", params=[2, 3, 6], ids=lambda d: f"{d}-D")
-def net(request: pytest.FixtureRequest) -> TimeField:
+def dimension(request: pytest.FixtureRequest) -> int:
+    return int(request.param)
+
+
+@pytest.fixture(scope="module", params=[TimeField, MetricField])
+def net(request: pytest.FixtureRequest, dimension: int) -> Net:
     torch.manual_seed(4)
-    return TimeField(FieldShape(request.param, frequencies=8, width=32)).eval()
+    made: Net = request.param(FieldShape(dimension, frequencies=8, width=32)).eval()
+    return made
 
 
-def ends(net: TimeField, n: int) -> np.ndarray:
+def ends(net: Net, n: int) -> np.ndarray:
     rng = np.random.default_rng(5)
     return rng.uniform(-0.5, 0.5, (2, n, net.shape.dimension)).astype(np.float32)
 
 
-def test_stretch_and_gradients_are_the_networks(net: TimeField) -> None:
+def test_stretch_and_gradients_are_the_networks(net: Net) -> None:
     starts, goals = ends(net, 30)
     with torch.no_grad():
         stretch, *slopes = (x.numpy() for x in net(*map(torch.from_numpy, (starts, goals))))
@@ -37,7 +47,7 @@ def test_stretch_and_gradients_are_the_networks(net: TimeField) -> None:
 
 
 @pytest.mark.parametrize("descent", DESCENTS)
-def test_paths_are_those_of_the_batch(net: TimeField, descent: Descent) -> None:
+def test_paths_are_those_of_the_batch(net: Net, descent: Descent) -> None:
     d = net.shape.dimension
     starts, goals = ends(net, 20)
     lower, upper = np.full(d, -0.5, np.float32), np.full(d, 0.5, np.float32)
@@ -52,6 +62,7 @@ def test_paths_are_those_of_the_batch(net: TimeField, descent: Descent) -> None:
 
 def test_it_says_what_it_does_not_fit() -> None:
     assert CompiledField.fits(TimeField(FieldShape(3)))
+    assert CompiledField.fits(MetricField(FieldShape(3)))
     assert not CompiledField.fits(TimeField(FieldShape(3, operator="concatenation")))
     assert not CompiledField.fits(TimeField(FieldShape(3, bounded=False)))
     assert not CompiledField.fits(torch.nn.Linear(3, 3))
