@@ -28,7 +28,7 @@ from planners.learning.learned_planner import LearnedPlanner
 from planners.learning.trainer import described
 
 
-@pytest.fixture(scope="module", params=["ntfields", "ief3d"])
+@pytest.fixture(scope="module", params=["ntfields", "ief3d", "ntrl"])
 def planner(request: pytest.FixtureRequest, c3d: Environment) -> FieldPlanner:
     made = planners.make(request.param)
     assert isinstance(made, FieldPlanner)
