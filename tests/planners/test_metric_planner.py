@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from time import perf_counter
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ import planners
 from bench.judging.judge import Judge
 from bench.storage.record import Verdict
 from envs import Environment
-from planners import Status
+from planners import Budget, Status
 from planners.fast_marching import SpeedGrid
 from planners.fields.methods import method
 from planners.fields.planner import FieldPlanner
@@ -70,6 +72,21 @@ def test_the_shipped_field_finds_the_way_round_what_is_in_the_way(
     straight = [np.linalg.norm(p.start - p.goal) for p in blocked]
     assert np.mean(np.divide(lengths, straight)) < 1.5
     assert np.mean([r.stats["attempts"] == 1 for r in results]) > 0.9
+
+
+def test_one_at_a_time_is_nearly_the_same_as_together(
+    shipped: FieldPlanner, c3d: Environment
+) -> None:
+    """At the field's kinks rounding decides which way a step goes, and where loops are cut."""
+    problems = c3d.sample_problems(30, seed=77)
+    ratios = []
+    for problem, wanted in zip(problems, shipped.solve_batch(problems), strict=True):
+        found = shipped.solve(problem, Budget(perf_counter() + 5))
+        assert found.status is wanted.status is Status.EXACT_SOLUTION
+        lengths = [np.linalg.norm(np.diff(r.path, axis=0), axis=-1).sum() for r in (found, wanted)]
+        ratios.append(lengths[0] / lengths[1])
+    assert np.median(ratios) == pytest.approx(1, abs=0.01)
+    assert np.quantile(ratios, [0.1, 0.9]) == pytest.approx(1, abs=0.1)
 
 
 def test_the_shipped_times_are_near_fast_marchings(shipped: FieldPlanner, c3d: Environment) -> None:
