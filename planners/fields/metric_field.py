@@ -49,8 +49,8 @@ class MetricField(nn.Module):
         times = _times(features[:n], jacobian[:, :n], features[n:], jacobian[:, n:])
         return self._stretched(*times, start - goal)
 
-    def all_pairs(self, starts: Tensor, goals: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """The same for every start with every goal of a group.
+    def times(self, starts: Tensor, goals: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """T between every start and every goal of a group, and its gradients by both ends.
 
         Args:
             starts, goals: (g, s, d) and (g, t, d).
@@ -58,10 +58,6 @@ class MetricField(nn.Module):
         Returns:
             (g, s, t), (g, s, t, d) and (g, s, t, d).
         """
-        return self._stretched(*self.times(starts, goals), starts[:, :, None] - goals[:, None])
-
-    def times(self, starts: Tensor, goals: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """T and its gradients by both ends, shaped as what `all_pairs` gives."""
         groups, s, d = starts.shape
         t = goals.shape[1]
         features, jacobian = self.features(torch.cat([starts, goals], dim=1).reshape(-1, d))

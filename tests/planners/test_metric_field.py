@@ -68,13 +68,15 @@ def test_slopes_are_those_of_the_times(net: MetricField) -> None:
 
 def test_all_pairs_are_as_one_by_one(net: MetricField) -> None:
     starts, goals = places(net, 2, 5, 3)
-    found = net.all_pairs(starts, goals)
-    one = net(
-        starts[:, :, None].expand(-1, -1, 3, -1).reshape(45, -1),
-        goals[:, None].expand(-1, 3, -1, -1).reshape(45, -1),
+    time, *slopes = net.times(starts, goals)
+    assert torch.allclose(time, net.time(starts[:, :, None], goals[:, None]))
+    one, *single = net.times(
+        starts[:, :, None].expand(-1, -1, 3, -1).reshape(45, 1, -1),
+        goals[:, None].expand(-1, 3, -1, -1).reshape(45, 1, -1),
     )
-    for many, single in zip(found, one, strict=True):
-        assert torch.allclose(many.reshape(single.shape), single)
+    assert torch.allclose(one.reshape(time.shape), time)
+    for many, alone in zip(slopes, single, strict=True):
+        assert torch.allclose(alone.reshape(many.shape), many)
 
 
 class Straight:
