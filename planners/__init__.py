@@ -173,6 +173,9 @@ REGISTRY: Registry[Planner] = Registry(
             attempts=1,
         ),
         _field(
+            "ntrl", "neural time field that is a metric, trained by temporal differences (NTRL)"
+        ),
+        _field(
             "ntfields-paper",
             "the paper's network, training and single attempt, for a GPU and hours",
             "ablations",

@@ -123,13 +123,14 @@ def _ask_model(world: Environment) -> None:
     assert world.fingerprint
 
 
-def _field_in(env: str) -> Callable[[], None]:
+def _field_in(env: str, *names: str) -> Callable[[], None]:
     def set_up() -> None:
         world = envs.make(env)
-        planner = planners.make("ntfields")
-        planner.setup(world, seed=0)
         middle = (world.lower + world.upper) / 2
-        planner.solve(Problem(middle, middle + 0.1), planners.Budget(np.inf))
+        for name in names:
+            planner = planners.make(name)
+            planner.setup(world, seed=0)
+            planner.solve(Problem(middle, middle + 0.1), planners.Budget(np.inf))
 
     return set_up
 
@@ -138,15 +139,15 @@ PARTS = (
     {
         "models of arms": _models_of_arms,
         "searches": _searches,
-        "fields of arms": _field_in("arm4"),
+        "fields of arms": _field_in("arm4", "ntfields"),
     },
     {
-        "fields": _field_in("c3d"),
+        "fields": _field_in("c3d", "ntfields", "ntrl"),
         "bodies": _bodies,
         "meshes": _meshes,
         # Last, as much of it is what models ask, too, which the other process has compiled.
         "motions of arms": _motions_of_arms,
-        "fields in rooms": _field_in("gibson-generated"),
+        "fields in rooms": _field_in("gibson-generated", "ntfields", "ntrl"),
     },
 )
 

@@ -14,6 +14,7 @@ from planners.fast_marching import default_resolution
 from planners.fields.indoor_features import CLEARANCES, RoomInputs
 from planners.fields.labels import LabelPlan
 from planners.fields.layers import FieldShape
+from planners.fields.metric_field import MetricField
 from planners.fields.networks import TimeField, occupancy
 from planners.fields.objectives import (
     LargestSubsolution,
@@ -26,6 +27,7 @@ from planners.fields.objectives import (
 from planners.fields.paper import PaperField, PublishedPhysics
 from planners.fields.physics import GroupPlan, NearSurfaces
 from planners.fields.robot_features import ArmInputs
+from planners.fields.temporal_difference import TemporalDifference
 from planners.learning.normalizer import Normalizer, obstacle_point_cloud
 from planners.learning.trainer import Method
 from planners.learning.training_loop import Recipe, Rollback
@@ -35,6 +37,9 @@ _BANDWIDTH = 0.07
 the length over which speeds change."""
 
 _BANDWIDTH_IN_ROOMS = 0.14
+
+_METRIC_BANDWIDTH = 0.14
+"""The same of NTRL's network."""
 
 _MODES = 16
 """Of free space, in rooms."""
@@ -84,7 +89,7 @@ def for_rooms(env: Environment) -> TimeField:
     return TimeField(made, inputs=RoomInputs(env, _MODES))
 
 
-def survey(net: TimeField, seed: int) -> None:
+def survey(net: TimeField | MetricField, seed: int) -> None:
     """Computes the modes of free space."""
     assert isinstance(net.inputs, RoomInputs)
     net.inputs.modes.solve(seed)
@@ -108,6 +113,29 @@ def published(env: Environment) -> PaperField:
     return PaperField(env.dimension, occupancy_of(env))
 
 
+def metric(env: Environment) -> MetricField:
+    """The network of NTRL. It has to be steeper beside surfaces than one that is told the distance,
+    and so its frequencies are higher."""
+    return MetricField(_metric_shape(env))
+
+
+def metric_for_rooms(env: Environment) -> MetricField:
+    """The same, told in rooms what `for_rooms` is told."""
+    inputs = RoomInputs(env, _MODES)
+    return MetricField(replace(_metric_shape(env), computed=inputs.size), inputs)
+
+
+def metric_for_arms(env: Environment) -> MetricField:
+    """The same, told of arms what `for_arms` is told."""
+    inputs = ArmInputs(env)
+    return MetricField(replace(_metric_shape(env), frequencies=0, computed=inputs.size), inputs)
+
+
+def _metric_shape(env: Environment) -> FieldShape:
+    periods = _METRIC_BANDWIDTH * Normalizer.of(env).extent / env.speed_model.d_max
+    return FieldShape(env.dimension, bandwidth=periods, circles=Normalizer.of(env).circles)
+
+
 def occupancy_of(env: Environment) -> Tensor:
     """The voxel grid of an environment's obstacles, for a w-space encoder."""
     return occupancy(torch.from_numpy(obstacle_point_cloud(env)).float())
@@ -115,6 +143,8 @@ def occupancy_of(env: Environment) -> Tensor:
 
 UNIFORM_PAIRS = GroupPlan(groups=384, starts=1, goals=1, local_share=0.0, near=NearSurfaces(0.0))
 """Pairs of points anywhere."""
+
+_METRIC_STEPS = Recipe(steps=3000, learning_rate=4e-3)
 
 METHODS: dict[str, Method] = {
     "ntfields": Method(small(), LargestSubsolution),
@@ -125,6 +155,7 @@ METHODS: dict[str, Method] = {
         Recipe(steps=2500),
         expected_minutes=2.0,
     ),
+    "ntrl": Method(metric, TemporalDifference, _METRIC_STEPS, expected_minutes=5.0),
     "ntfields-nosym": Method(small(operator="concatenation"), LargestSubsolution),
     "ntfields-nowenc": Method(small(), LargestSubsolution),
     "ntfields-wenc": Method(
@@ -184,6 +215,13 @@ IN_ROOMS: dict[str, Method] = {
         expected_minutes=12.0,
         survey=survey,
     ),
+    "ntrl": Method(
+        metric_for_rooms,
+        TemporalDifference,
+        _METRIC_STEPS,
+        expected_minutes=10.0,
+        survey=survey,
+    ),
 }
 """What is done otherwise in rooms, with a point robot."""
 
@@ -195,6 +233,7 @@ FOR_ARMS: dict[str, Method] = {
         Recipe(steps=3000),
         expected_minutes=6.0,
     ),
+    "ntrl": Method(metric_for_arms, TemporalDifference, _METRIC_STEPS, expected_minutes=10.0),
 }
 """What is done otherwise for arms, of which an environment has `link_geometry`."""
 

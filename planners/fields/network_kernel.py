@@ -1,8 +1,8 @@
 """A network's arithmetic for one pair, compiled: forward pass, Jacobian and reverse pass.
 
 The same mathematics as `networks.TimeField`, for the default shape: smooth symmetric operator,
-bounded stretch, no learned w-space encoder. A call of PyTorch costs more than the arithmetic of a
-small network for two points, and an attempt makes thousands.
+bounded stretch, no learned w-space encoder; or as `metric_field.MetricField`. A call of PyTorch
+costs more than the arithmetic of a small network for two points, and an attempt makes thousands.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from envs.compiled import njit_cached_quick
 from planners.fields.clearance_field import ClearanceField
 from planners.fields.dispatch import inputs_at
 from planners.fields.laplacian_eigenmaps import ModeArrays
+from planners.fields.metric_kernel import MetricNetwork, metric_stretch
 from planners.fields.robot_features import ArmClearanceField
 from planners.fields.wrapping import CircleArrays, embed
 
@@ -168,8 +169,30 @@ def pair(ends: Any, gradients: Any, net: Any) -> float:
         y = np.dot(y, net.hidden[2 * block + 1])
         _sine(y, net.hidden_bias[2 * block + 1], per_end)
         x += y
-    features = np.dot(x, net.last)
+    stretch: float = joined(ends, inputs, np.dot(x, net.last), gradients, net)
+    return stretch
 
+
+def joined(ends: Any, inputs: Any, features: Any, gradients: Any, net: Any) -> Any:
+    """Stretch, of both ends' features and Jacobians (2 + 2d, f); gradients as of `pair`."""
+
+
+@overload(joined)
+def _joined(ends: Any, inputs: Any, features: Any, gradients: Any, net: Any) -> Any:
+    def generated(ends: Any, inputs: Any, features: Any, gradients: Any, net: Any) -> Any:
+        return generated_stretch(ends, inputs, features, gradients, net)
+
+    def measured(ends: Any, inputs: Any, features: Any, gradients: Any, net: Any) -> Any:
+        return metric_stretch(ends, features, gradients, net)
+
+    return measured if net.instance_class is MetricNetwork else generated
+
+
+@njit_cached_quick
+def generated_stretch(ends: Any, inputs: Any, features: Any, gradients: Any, net: Any) -> float:
+    """See `joined`: that of the generator."""
+    d = ends.shape[1]
+    per_end = 1 + d
     width = features.shape[1] // 2
     combined = np.empty(2 * width, dtype=np.float32)
     bend = np.empty(width, dtype=np.float32)

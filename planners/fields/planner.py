@@ -14,8 +14,10 @@ from torch import Tensor, nn
 from envs import Environment, InputError, Problem
 from envs.problem import Array
 from planners.base import Budget, PlannerResult, Status
+from planners.fields.computed_inputs import ComputedInputs
 from planners.fields.indoor_features import RoomInputs
 from planners.fields.methods import method, unsupported
+from planners.fields.metric_field import MetricField
 from planners.fields.networks import TimeField
 from planners.fields.path_extraction import Descent, Field, descend, gradients
 from planners.fields.single_query import CompiledField
@@ -59,8 +61,13 @@ ATTEMPTS_FOR_ARMS = (
 _SAFE = 3  # of the judge's tolerance: what the check finds free, the judge does too
 
 
+def _computed_inputs(net: Any) -> ComputedInputs | None:
+    """Those of a network, if it has any."""
+    return net.inputs if isinstance(net, (TimeField, MetricField)) else None
+
+
 def _attempts(net: Any) -> tuple[Descent, ...]:
-    inputs = net.inputs if isinstance(net, TimeField) else None
+    inputs = _computed_inputs(net)
     if isinstance(inputs, RoomInputs):
         return ATTEMPTS_IN_ROOMS
     return ATTEMPTS if inputs is None else ATTEMPTS_FOR_ARMS
@@ -175,7 +182,7 @@ class FieldPlanner(LearnedPlanner):
         bounds = (self._scale.normalize(corner) for corner in (env.lower, env.upper))
         self._lower, self._upper = self._scale.circles.limits(*bounds)
         self._net: Field = net.to(self.device).eval()
-        self._one_by_one = isinstance(net, TimeField) and net.inputs is not None
+        self._one_by_one = _computed_inputs(net) is not None
         self._attempts = _attempts(net)[: self._count]
         wanted = self.device == "cpu" or self._one_by_one
         self._compiled = CompiledField(net) if wanted and CompiledField.fits(net) else None

@@ -18,7 +18,9 @@ from envs.speed_model import speed_at
 from planners.fields.clearance_field import ClearanceField, straight_times
 from planners.fields.dispatch import clearance_of, outward
 from planners.fields.laplacian_eigenmaps import ModeArrays
-from planners.fields.layers import Bound, SineBlock, SmoothSymmetric
+from planners.fields.layers import Bound, CSpaceEncoder, SineBlock, SmoothSymmetric
+from planners.fields.metric_field import GROUPS, MetricField
+from planners.fields.metric_kernel import MetricNetwork
 from planners.fields.network_kernel import Network, Single, pair
 from planners.fields.networks import TimeField
 from planners.fields.path_extraction import Descent
@@ -32,39 +34,13 @@ class CompiledField:
         net: of the default shape, see `fits`.
     """
 
-    def __init__(self, net: TimeField) -> None:
-        encoder, generator = net.encoder, net.generator
-        assert isinstance(generator.head, Bound)
-        sine_blocks = [block for block in encoder.blocks if isinstance(block, SineBlock)]
-        hidden = [layer for block in sine_blocks for layer in (block.first, block.second)]
-        blocks = list(generator.blocks)
-        self._network = Network(
-            waves=_single(encoder.waves),
-            first=_single(encoder.first.weight.T),
-            first_bias=_single(encoder.first.bias),
-            hidden=np.stack([_single(layer.weight.T) for layer in hidden]),
-            hidden_bias=np.stack([_single(layer.bias) for layer in hidden]),
-            last=_single(encoder.last.weight.T),
-            last_bias=_single(encoder.last.bias),
-            into=_single(generator.first.weight.T),
-            into_bias=_single(generator.first.bias),
-            blocks=np.stack([_single(layer.weight.T) for layer in blocks]),
-            blocks_bias=np.stack([_single(layer.bias) for layer in blocks]),
-            out=_single(generator.last.weight[0]),
-            out_bias=float(generator.last.bias.item()),
-            scale=generator.head.scale,
-            below=generator.head.below,
-            opening=generator.head.opening,
-            smoothing=SmoothSymmetric.smoothing,
-            modes=ModeArrays.none() if net.inputs is None else net.inputs.mode_arrays,
-            field=ClearanceField.none() if net.inputs is None else net.inputs.field,
-            circles=CircleArrays.of(net.shape.circles, net.shape.dimension),
-        )
+    def __init__(self, net: TimeField | MetricField) -> None:
+        self._network = _metric(net) if isinstance(net, MetricField) else _generated(net)
 
     @staticmethod
     def fits(net: object) -> bool:
         """Whether a network has the shape that is compiled here."""
-        return (
+        return isinstance(net, MetricField) or (
             isinstance(net, TimeField)
             and isinstance(net.operator, SmoothSymmetric)
             and net.shape.bounded
@@ -139,6 +115,53 @@ _PLACES = _places_to_escape_to()
 
 def _single(weights: Any) -> Single:
     return np.ascontiguousarray(weights.detach().cpu().numpy(), dtype=np.float32)
+
+
+def _encoding(encoder: CSpaceEncoder) -> dict[str, Single]:
+    """What a compiled network has of its encoder."""
+    sine_blocks = [block for block in encoder.blocks if isinstance(block, SineBlock)]
+    hidden = [layer for block in sine_blocks for layer in (block.first, block.second)]
+    return {
+        "waves": _single(encoder.waves),
+        "first": _single(encoder.first.weight.T),
+        "first_bias": _single(encoder.first.bias),
+        "hidden": np.stack([_single(layer.weight.T) for layer in hidden]),
+        "hidden_bias": np.stack([_single(layer.bias) for layer in hidden]),
+        "last": _single(encoder.last.weight.T),
+    }
+
+
+def _generated(net: TimeField) -> Network:
+    generator = net.generator
+    assert isinstance(generator.head, Bound)
+    blocks = list(generator.blocks)
+    return Network(
+        **_encoding(net.encoder),
+        last_bias=_single(net.encoder.last.bias),
+        into=_single(generator.first.weight.T),
+        into_bias=_single(generator.first.bias),
+        blocks=np.stack([_single(layer.weight.T) for layer in blocks]),
+        blocks_bias=np.stack([_single(layer.bias) for layer in blocks]),
+        out=_single(generator.last.weight[0]),
+        out_bias=float(generator.last.bias.item()),
+        scale=generator.head.scale,
+        below=generator.head.below,
+        opening=generator.head.opening,
+        smoothing=SmoothSymmetric.smoothing,
+        modes=ModeArrays.none() if net.inputs is None else net.inputs.mode_arrays,
+        field=ClearanceField.none() if net.inputs is None else net.inputs.field,
+        circles=CircleArrays.of(net.shape.circles, net.shape.dimension),
+    )
+
+
+def _metric(net: MetricField) -> MetricNetwork:
+    return MetricNetwork(
+        **_encoding(net.encoder),
+        groups=GROUPS,
+        modes=ModeArrays.none() if net.inputs is None else net.inputs.mode_arrays,
+        field=ClearanceField.none() if net.inputs is None else net.inputs.field,
+        circles=CircleArrays.of(net.shape.circles, net.shape.dimension),
+    )
 
 
 @njit_cached_quick

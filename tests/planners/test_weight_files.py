@@ -216,6 +216,7 @@ def test_shipped_weights_are_whole_small_and_say_how_they_were_made() -> None:
     houses = {"gibson-generated", "gibson-generated:scene=1"}
     fields = {"box", "bunny"}
     assert by_planner["ntfields"] == eight | fields | houses | {"arm4", "arm5", "arm6"}
+    assert by_planner["ntrl"] == {"c3d", "box"} | houses
     assert by_planner["ief3d"] == eight | fields | houses
     for name in ("ntfields-nowenc", "ntfields-wenc", "ntfields-wenc-early"):
         assert by_planner[name] == {"gibson-generated"}
