@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from envs.collision.shapes import Mesh
 from envs.compiled import njit_hot
@@ -39,6 +38,8 @@ NO_CELLS = CellsBesideEdges(np.zeros((1, 1, 1), dtype=np.bool_), np.zeros(3), 1.
 def cells_beside(surfaces: Sequence[Mesh], reach: float) -> CellsBesideEdges:
     """Those in which a place is as near as `reach` to an open edge of a surface, or up to half a
     cell's side farther away; their sides are of half of `reach`, or a `_MOST`th of the grid's."""
+    from scipy.ndimage import distance_transform_edt  # which processes without such can save
+
     edges = np.concatenate([np.zeros((0, 2, 3)), *map(open_edges, surfaces)])
     if len(edges) == 0:
         return NO_CELLS
