@@ -289,3 +289,25 @@ class TimeFieldGenerator(nn.Module):
         for layer, slope in zip(reversed(layers), reversed(tape.blocks), strict=True):
             back = back + (back * slope) @ layer.weight
         return (back * tape.first) @ self.first.weight
+
+
+def every_pair(
+    features: Tensor, jacobian: Tensor, groups: int, starts: int
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """Every start with every goal of a group: features (g, s, t, f) and Jacobians, which fit
+    (d, g, s, t, f), of either.
+
+    Args:
+        features: (g (s + t), f), of each group's starts and then its goals.
+        jacobian: (d, g (s + t), f).
+        groups, starts: g and s.
+    """
+    features = features.reshape(groups, -1, features.shape[-1])
+    jacobian = jacobian.reshape(len(jacobian), *features.shape)
+    goals = features.shape[1] - starts
+    return (
+        features[:, :starts, None].expand(-1, -1, goals, -1),
+        jacobian[:, :, :starts, None],
+        features[:, None, starts:].expand(-1, starts, -1, -1),
+        jacobian[:, :, None, starts:],
+    )

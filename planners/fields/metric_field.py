@@ -12,7 +12,7 @@ import torch
 from torch import Tensor, nn
 
 from planners.fields.computed_inputs import ComputedInputs
-from planners.fields.layers import CSpaceEncoder, FieldShape
+from planners.fields.layers import CSpaceEncoder, FieldShape, every_pair
 
 GROUPS = 4
 """Of the features of a configuration. A group tells T exactly where one of its features grows all
@@ -59,16 +59,8 @@ class MetricField(nn.Module):
             (g, s, t), (g, s, t, d) and (g, s, t, d).
         """
         groups, s, d = starts.shape
-        t = goals.shape[1]
         features, jacobian = self.features(torch.cat([starts, goals], dim=1).reshape(-1, d))
-        features = features.reshape(groups, s + t, -1)
-        jacobian = jacobian.reshape(d, groups, s + t, -1)
-        return _times(
-            features[:, :s, None].expand(-1, -1, t, -1),
-            jacobian[:, :, :s, None].expand(-1, -1, -1, t, -1),
-            features[:, None, s:].expand(-1, s, -1, -1),
-            jacobian[:, :, None, s:].expand(-1, -1, s, -1, -1),
-        )
+        return _times(*every_pair(features, jacobian, groups, s))
 
     def time(self, a: Tensor, b: Tensor) -> Tensor:
         """T alone (...,) between configurations (..., d), each of which is encoded once however
@@ -120,6 +112,7 @@ def _times(at_a: Tensor, by_a: Tensor, at_b: Tensor, by_b: Tensor) -> tuple[Tens
     sign = signed.sign() / GROUPS
 
     def along(jacobian: Tensor) -> Tensor:
+        jacobian = jacobian.expand(-1, *difference.shape[:-2], -1)
         slopes = _grouped(jacobian).gather(-1, largest.expand(*jacobian.shape[:-1], GROUPS, 1))
         return (sign * slopes).sum((-2, -1)).movedim(0, -1)
 

@@ -34,6 +34,7 @@ from planners.fields.layers import (
     Operator,
     TimeFieldGenerator,
     contract,
+    every_pair,
     squareplus,
 )
 
@@ -90,18 +91,10 @@ class TimeField(nn.Module):
             (g, s, t), (g, s, t, d) and (g, s, t, d).
         """
         groups, s, d = starts.shape
-        t = goals.shape[1]
         points = torch.cat([starts, goals], dim=1)
         features, jacobian = self._features(points.reshape(-1, d), self._axes(starts))
-        features = features.reshape(groups, s + t, -1)
-        jacobian = jacobian.reshape(d, groups, s + t, -1)
-        return self._pairs(
-            features[:, :s, None].expand(-1, -1, t, -1),
-            jacobian[:, :, :s, None],
-            features[:, None, s:].expand(-1, s, -1, -1),
-            jacobian[:, :, None, s:],
-            starts[:, :, None] - goals[:, None],
-        )
+        ends = every_pair(features, jacobian, groups, s)
+        return self._pairs(*ends, starts[:, :, None] - goals[:, None])
 
     def stretch(self, sources: Tensor, goals: Tensor) -> Tensor:
         """The stretch (g, t) alone, between sources (g, d) and goals (g, t, d) of each."""
